@@ -13,6 +13,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod time;
+pub mod numbers;
 pub mod interval;
 pub mod circle;
 pub mod unit;

@@ -8,15 +8,9 @@
 //! overview", Automatica 27 (1991), 10.1016/0005-1098(91)90134-N.
 
 use crate::interval::Interval;
+use crate::numbers::{CONFIRMED_AFTER, RANGE_SHARE};
 use crate::time::{Span, Time};
 
-/// What was learned counts for good after one to two times this: a fault that is noticed earlier takes it back.
-pub const CONFIRMED_AFTER: Span = Span::from_millis(600_000);
-/// How far beyond the range the set may grow, as a share of the range's width, so that a constant that leaves the range is seen
-/// to do so.
-const BEYOND: f64 = 0.125;
-/// By what share of the range's width the constant moves before that is a drift.
-const DRIFTS: f64 = 0.125;
 /// A value is given for this long ahead, so that it needs no renewal with every observation.
 pub const AHEAD: Span = Span::from_millis(1_000);
 
@@ -181,7 +175,7 @@ impl Parameter {
         if !self.range.contains(after.set.midpoint()) {
             return None;
         }
-        if after.set.overlaps(before.set) || moved.abs() < DRIFTS * self.range.width() {
+        if after.set.overlaps(before.set) || moved.abs() < RANGE_SHARE * self.range.width() {
             return None;
         }
         memory.anchor = after;
@@ -206,7 +200,7 @@ impl Parameter {
     /// The range and a bit to either side, without a change of sign: a relation may be solved for one sign only.
     fn reach(&self) -> Interval {
         let (lo, hi) = (self.range.lo(), self.range.hi());
-        let beyond = BEYOND * self.range.width();
+        let beyond = RANGE_SHARE * self.range.width();
         let low = if lo >= 0.0 { (lo - beyond).max(0.5 * lo) } else { lo - beyond };
         let high = if hi <= 0.0 { (hi + beyond).min(0.5 * hi) } else { hi + beyond };
         Interval::new(low, high)

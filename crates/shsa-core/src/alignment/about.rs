@@ -8,10 +8,8 @@
 use super::history::{History, Reach, Reading, Sample, farthest};
 use super::line::{Line, bulge, turn};
 use crate::interval::Interval;
+use crate::numbers::FEWEST;
 use crate::time::{Span, Time, Validity};
-
-/// The number of recent samples that show how the plant behaves.
-const LATELY: usize = 3;
 
 /// The knowledge about the value at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,10 +222,10 @@ impl History {
     #[must_use]
     pub fn roughly_at(&self, moment: Validity, max_gap: Span) -> Option<Interval> {
         let newest = self.newest(0).filter(|newest| newest.validity.gap(moment) <= max_gap)?;
-        self.newest(LATELY - 1)?;
+        self.newest((FEWEST as usize) - 1)?;
         let (mut hull, mut middles) = (newest.value, Interval::point(newest.value.midpoint()));
         for (number, sample) in self.newest_first().enumerate() {
-            if number >= LATELY && sample.validity.intersection(moment).is_none() {
+            if number >= (FEWEST as usize) && sample.validity.intersection(moment).is_none() {
                 break;
             }
             hull = hull.hull(sample.value);

@@ -8,11 +8,8 @@
 
 use super::history::History;
 use crate::interval::Interval;
+use crate::numbers::{BEYOND_NOISE, FEWEST, LATELY};
 use crate::time::{Time, Validity};
-
-/// How many recent samples the predictors are tried on, and the fewest that judge them.
-const TRIED: usize = 8;
-const FEWEST: usize = 3;
 
 /// The numbers of samples that lines go through.
 const LINES: [usize; 3] = [2, 4, 8];
@@ -20,12 +17,9 @@ const LINES: [usize; 3] = [2, 4, 8];
 /// A share is reduced by this multiple of its variance: lines that predict by chance only have no share.
 const DOUBT: f64 = 2.0;
 
-/// The half-width of an estimate in errors of the past, root of the mean square: of normal errors, 95 % are below.
-const DEVIATIONS: f64 = 2.0;
-
 impl History {
     /// The number of samples that [`History::ahead`] goes over.
-    pub const AHEAD: usize = TRIED + 8;
+    pub const AHEAD: usize = (LATELY as usize) + 8;
 
     /// The estimate of the value at a moment after the newest sample, where `max_rate` bounds its change a second (0 where nothing
     /// does): the latest value and a share of the change that the best line predicts, with twice the recent error to either side, and
@@ -41,7 +35,7 @@ impl History {
         let spacing = newest.validity.centre() - self.newest(1)?.validity.centre();
         // An error grows with the time for which it is predicted, and was found over one spacing.
         let grown = ((at - newest.validity.centre()).seconds() / spacing.seconds()).max(1.0);
-        let reach = 0.5 * newest.value.width() + DEVIATIONS * trial.error() * grown;
+        let reach = 0.5 * newest.value.width() + BEYOND_NOISE * trial.error() * grown;
         let change = trial.share() * (self.predicted(0, samples, at)? - newest.value.midpoint());
         let value = newest.value.midpoint() + if change.is_finite() { change } else { 0.0 };
         let estimate = Interval::new(value - reach, value + reach);
@@ -57,13 +51,13 @@ impl History {
     /// The line through `samples` samples, tried on the recent ones.
     fn trial(&self, samples: usize) -> Option<Trial> {
         let mut trial = Trial::default();
-        for back in 0..TRIED {
+        for back in 0..(LATELY as usize) {
             let Some((target, before)) = self.newest(back).zip(self.newest(back + 1)) else { break };
             let Some(predicted) = self.predicted(back + 1, samples, target.validity.centre()) else { break };
             let before = before.value.midpoint();
             trial.record(target.value.midpoint() - before, predicted - before);
         }
-        (trial.count >= FEWEST).then_some(trial)
+        (trial.count >= (FEWEST as usize)).then_some(trial)
     }
 
     /// The value at a time by the line through `samples` samples, the newest of which is `back` before the newest of all.

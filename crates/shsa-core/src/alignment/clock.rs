@@ -13,22 +13,10 @@
 //! Readings that were held up and come at once are late, and no clock is wrong: the amount shrinks with each value.
 
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
+use crate::numbers::{BRIEF, CLOCKS_APART, IN_A_ROW, LASTING, MANY};
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
-
-/// The longest undeclared transmission delay, and the largest difference between two clocks of one system.
-const MOST_OFF: Span = Span::from_millis(10_000);
-/// A stamp further than this ahead of its reception is in the future.
-const FUTURE: Span = Span::from_millis(1_000);
-/// A wrong amount must last this long, and so must an amount to learn,
-const LASTS: Span = Span::from_millis(1_000);
-/// and for this many readings.
-const FEWEST: u32 = 4;
-/// A stamp that stays the same for this long, while values change, stands still.
-const STANDS: Span = Span::from_millis(5_000);
-/// The usual amount follows new amounts by this part of the difference.
-const FOLLOWS: i64 = 64;
 
 /// The error of a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -106,7 +94,7 @@ impl Clocks {
         {
             (clock.stamp, clock.stamped, clock.value, clock.readings) =
                 (Some(observation.stamp), now, None, 0);
-            usual.0 += (amount - *usual).0 / FOLLOWS;
+            usual.0 += (amount - *usual).0 / i64::from(MANY);
             return apart(*usual, self.reference, clock.margin);
         }
         self.look_closer(observation, amount, now)
@@ -117,7 +105,7 @@ impl Clocks {
         let reference = self.reference;
         let clock = &mut self.list[observation.signal];
         if let Some(stood) = clock.stood(observation, now) {
-            return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Stopped(stood));
+            return (stood > LASTING.max(clock.margin - CLOCKS_APART)).then_some(Misdated::Stopped(stood));
         }
         let margin = clock.margin;
         let earliest = reference.unwrap_or(Span::ZERO).min(Span::ZERO) + clock.future;
@@ -127,7 +115,7 @@ impl Clocks {
         {
             // A queue that has drained.
             let shorter = if amount - usual < clock.future { amount - usual } else { Span::ZERO };
-            let usual = usual + Span(shorter.0 / FOLLOWS);
+            let usual = usual + Span(shorter.0 / i64::from(MANY));
             (clock.usual, clock.readings) = (Some(usual), 0);
             return apart(usual, reference, margin);
         }
@@ -233,9 +221,9 @@ impl Clock {
         let errors = (late - early).max(late).max(Span::ZERO - early);
         let ahead = (Span(signal.mean_over.0 / 2) - signal.delay).max(Span::ZERO);
         Clock {
-            margin: MOST_OFF.max(longest) + ahead + errors,
+            margin: CLOCKS_APART.max(longest) + ahead + errors,
             ahead,
-            future: Span::ZERO - FUTURE - (late - early),
+            future: Span::ZERO - BRIEF - (late - early),
             is_set_forward: false,
             usual: None,
             other: Span::ZERO,
@@ -275,12 +263,12 @@ impl Clock {
     /// Whether an unusual amount has lasted, without a change that shows a passing delay.
     fn lasted(&mut self, amount: Span, now: Time) -> bool {
         let since = now - self.since;
-        let is_same = Span((amount - self.other).0.saturating_abs()) <= Span(since.0 / 2).max(LASTS);
+        let is_same = Span((amount - self.other).0.saturating_abs()) <= Span(since.0 / 2).max(BRIEF);
         if self.readings == 0 || !is_same {
             (self.other, self.since, self.readings) = (amount, now, 1);
             return false;
         }
         self.readings = self.readings.saturating_add(1);
-        self.readings >= FEWEST && since >= LASTS
+        self.readings >= IN_A_ROW && since >= BRIEF
     }
 }

@@ -10,8 +10,6 @@ use alloc::vec::Vec;
 use near::{Nearest, Weighted, between};
 use possible::Areas;
 
-pub(crate) use near::BENDS_MORE;
-
 /// A value and the time in which it was true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {

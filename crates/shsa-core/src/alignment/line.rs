@@ -1,6 +1,7 @@
 //! The straight line between two samples, and how far the value may be from it.
 
-use super::history::{BENDS_MORE, Sample};
+use super::history::Sample;
+use crate::numbers::BENDS_MORE;
 use crate::time::Span;
 
 /// The straight line between two samples, at a moment.

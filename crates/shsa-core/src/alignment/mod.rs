@@ -18,7 +18,6 @@ mod port;
 
 pub use about::Known;
 pub use clock::{Clocks, Misdated};
-pub(crate) use history::BENDS_MORE;
 pub use history::{History, Reach, Reading, Sample};
 pub use line::Line;
 pub use port::{LONGEST_VECTOR, Port};

@@ -11,13 +11,11 @@ use super::reception::{Acceptance, Counts, Defect, Reception, Still};
 use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
+use crate::numbers::CLOCKS_APART;
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 use standstill::Standstill;
-
-/// A stamp further than this after the time of reception is impossible in this system.
-const MOST_AHEAD: Span = Span::from_millis(10_000);
 
 /// The longest accepted vector: a depth image of 640 times 480 has fewer elements. A longer one is invalid.
 pub const LONGEST_VECTOR: usize = 1 << 19;
@@ -97,7 +95,7 @@ impl Port {
             }
         }
         self.received_before = self.received.replace(now);
-        let is_ahead = observation.stamp > now && observation.stamp - now > MOST_AHEAD;
+        let is_ahead = observation.stamp > now && observation.stamp - now > CLOCKS_APART;
         let validity = signal.validity(observation.stamp);
         if is_ahead {
             self.counts.dropped += 1;

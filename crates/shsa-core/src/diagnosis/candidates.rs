@@ -10,17 +10,18 @@
 //! proportional to the product of
 //!
 //! * `p` for each faulty component and `1 - p` for each sound one, with the priors `p`;
-//! * [`ONE_SIDED`] for each agreement of which one way rests on a faulty component, and at most [`MOST_ONE_SIDED`] of them: not
+//! * [`EVEN`] for each agreement of which one way rests on a faulty component, and at most [`MOST_ONE_SIDED`] of them: not
 //!   every comparison shows a fault, and comparisons that overlook the same fault are not independent;
-//! * [`BOTH_SIDED`] for each agreement of which both ways rest on different faulty components: two faults rarely err alike. A
+//! * [`PRIOR`] for each agreement of which both ways rest on different faulty components: two faults rarely err alike. A
 //!   component may affect both of its ways alike, which is no evidence;
-//! * [`BY_CONDITION`] when some conflict is met only by components that a relation's condition reads: a wrong value there may
+//! * [`PRIOR`] when some conflict is met only by components that a relation's condition reads: a wrong value there may
 //!   let a relation count where it does not hold. A condition that still holds is no evidence of the size of its inputs, so
 //!   an agreement does not count for them.
 //!
 //! Conflicts that share components, directly or through others, form one [`Part`]; components without a conflict count as sound.
 
 use crate::knowledge::{Id, IdSet};
+use crate::numbers::{CLEAR_RATIO, EVEN, HIGHEST_PRIOR, MOST_ONE_SIDED, PRIOR};
 use crate::trust::Component;
 use alloc::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use alloc::vec::Vec;
@@ -58,23 +59,6 @@ pub struct Part {
     /// Whether there were too many explanations: then each signal is a candidate by itself.
     pub is_cut_off: bool,
 }
-
-/// How many times more probable an explanation must be than another to rule it out. This is below the odds of the usual prior (1
-/// to 99), so among signals of that prior fewer faults rule out more.
-pub const CLEAR_RATIO: f64 = 50.0;
-
-/// Probability that a comparison agrees although one of its ways is faulty.
-pub const ONE_SIDED: f64 = 0.5;
-/// At most this many such agreements count.
-pub const MOST_ONE_SIDED: u32 = 4;
-/// Probability that a comparison agrees although both ways are faulty, independently.
-pub const BOTH_SIDED: f64 = 0.01;
-
-/// The probability of a conflict that only a wrong condition explains: as rare as a second fault.
-pub const BY_CONDITION: f64 = 0.01;
-
-/// Higher priors count as this: an explanation by more faulty than sound components makes no sense.
-const HIGHEST_PRIOR: f64 = 0.49;
 
 /// At most this many partial explanations of a part are examined.
 const MOST_PARTIAL: usize = 4_096;
@@ -155,7 +139,7 @@ struct Seen {
 fn weight(seen: &[Seen], sound: &[f64], hypothesis: u32) -> f64 {
     let misses = |seen: &&Seen| !seen.agrees && (seen.one | seen.other) & hypothesis == 0;
     let mut missed = seen.iter().filter(misses).peekable();
-    let by_condition = if missed.peek().is_some() { BY_CONDITION } else { 1.0 };
+    let by_condition = if missed.peek().is_some() { PRIOR } else { 1.0 };
     if missed.any(|seen| seen.conditions & hypothesis == 0) {
         return 0.0;
     }
@@ -198,9 +182,9 @@ fn agreement(touched: impl Iterator<Item = Touched>) -> f64 {
         match touched {
             Touched::OneSide if one_sided < MOST_ONE_SIDED => {
                 one_sided += 1;
-                likelihood *= ONE_SIDED;
+                likelihood *= EVEN;
             }
-            Touched::BothSides => likelihood *= BOTH_SIDED,
+            Touched::BothSides => likelihood *= PRIOR,
             Touched::OneSide | Touched::Not => {}
         }
     }
@@ -387,7 +371,7 @@ impl<'c> Local<'c> {
     }
 
     fn likelihood(&self, faulty: &PlaceSet) -> f64 {
-        let by_condition = if self.first_by_condition(faulty).is_some() { BY_CONDITION } else { 1.0 };
+        let by_condition = if self.first_by_condition(faulty).is_some() { PRIOR } else { 1.0 };
         by_condition
             * agreement(self.agreements.iter().map(|Sides { one, other, .. }| {
                 let mut alike = one.iter().filter(|&place| other.contains(place) && faulty.contains(place));

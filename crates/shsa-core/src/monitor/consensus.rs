@@ -11,14 +11,12 @@ use super::trend::Measured;
 use super::{Residual, WatchedWay, WayIndex};
 use crate::interval::Interval;
 use crate::knowledge::{SignalSet, VariableId};
+use crate::numbers::OFTEN;
 use crate::time::Time;
 use alloc::vec::Vec;
 
 /// Most votes about a moment.
 const MOST_VOTES: usize = 64;
-
-/// A way is rated with three or more votes only, if these come at least this often within the memory.
-const OFTEN: i64 = 20;
 
 /// The role of a way in the comparisons of a moment.
 #[derive(Clone, Copy, Debug)]

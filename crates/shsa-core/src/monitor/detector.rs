@@ -8,10 +8,11 @@
 mod moment;
 
 use super::symptom::Symptom;
-use super::window::{Debounce, Recurring, STALE_PERIODS};
+use super::window::{Debounce, Recurring};
 use crate::alignment::{Defect, Jump, Misdated, Port, Reception, Still};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
+use crate::numbers::STALE_PERIODS;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 use moment::Moment;

@@ -1,6 +1,7 @@
 //! How long a signal has repeated its value, and how long it usually does.
 
 use crate::interval::Interval;
+use crate::numbers::{IN_A_ROW, LATELY, MISSED_PERIODS};
 use crate::time::{Span, Time};
 
 /// The last change of a signal's values.
@@ -13,13 +14,6 @@ pub struct Frozen {
     usual: Span,
 }
 
-/// Fewer equal readings are no standstill.
-const FEWEST: u32 = 4;
-/// A standstill lasts longer than this multiple of the usual time between two changes.
-const LONGER: i64 = 3;
-/// The mean is taken over about this many changes.
-const MEMORY: i64 = 8;
-
 impl Frozen {
     /// Takes in a reading.
     pub fn record(&mut self, value: Interval, time: Time) {
@@ -27,7 +21,7 @@ impl Frozen {
             Some(before) if before == value => self.readings = self.readings.saturating_add(1),
             Some(_) => {
                 let lasted = time - self.since;
-                let change = Span((lasted - self.usual).0 / MEMORY);
+                let change = Span((lasted - self.usual).0 / i64::from(LATELY));
                 self.usual = if self.usual == Span::ZERO { lasted } else { self.usual + change };
                 (self.since, self.readings) = (time, 1);
             }
@@ -39,7 +33,9 @@ impl Frozen {
     /// Whether the signal has stood still since before `moment`, and for longer than usual by `now`.
     #[must_use]
     pub fn is_still_since(&self, moment: Time, now: Time) -> bool {
-        self.readings >= FEWEST && self.since <= moment && now - self.since > self.usual.times(LONGER)
+        self.readings >= IN_A_ROW
+            && self.since <= moment
+            && now - self.since > self.usual.times(MISSED_PERIODS)
     }
 
     /// Whether the value has ever changed.

@@ -5,18 +5,10 @@ mod fading;
 mod presence;
 
 use crate::knowledge::Figure;
+use crate::numbers::{FEWEST, OFTEN, RECENT};
 use crate::time::{Span, Time};
 use fading::Fading;
 use presence::Presence;
-
-/// The default time constant of the memory.
-const MEMORY: Span = Span(60_000_000_000);
-
-/// The memory of a slow way is at least this many of its periods: fewer comparisons prove nothing.
-const LEAST_PERIODS: i64 = 20;
-
-/// A figure needs at least this many remembered comparisons.
-const LEAST_COMPARED: f64 = 3.0;
 
 /// The time constant of the memory of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +20,7 @@ pub struct Memory(
 impl Default for Memory {
     /// The default: a minute.
     fn default() -> Memory {
-        Memory(MEMORY)
+        Memory(RECENT)
     }
 }
 
@@ -80,7 +72,7 @@ impl Reliability {
     /// The record of a way that gives a value every `period`, if that is declared.
     #[must_use]
     pub fn new(period: Option<Span>, memory: Memory) -> Reliability {
-        let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(LEAST_PERIODS));
+        let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(OFTEN));
         Reliability {
             comparisons: Fading::new(memory),
             compared: 0.0,
@@ -131,7 +123,7 @@ impl Reliability {
     #[must_use]
     pub fn figures(&self, now: Time) -> Figures {
         let factor = self.last_compared.map_or(0.0, |last| self.comparisons.at(now - last));
-        let known = |weight: f64| weight * factor >= LEAST_COMPARED;
+        let known = |weight: f64| weight * factor >= f64::from(FEWEST);
         let share = |sum: f64, weight: f64| known(weight).then(|| sum / weight);
         Figures {
             agreement: share(self.agreed, self.compared).map(|share| share.clamp(0.0, 1.0)),
@@ -224,11 +216,11 @@ mod tests {
             let figures = record.figures(now);
             match figures.agreement {
                 Some(share) => prop_assert!((share - agreed / all).abs() < 1e-9 && close(figures.width, 2.0)),
-                None => prop_assert!(all < LEAST_COMPARED + 1e-9),
+                None => prop_assert!(all < f64::from(FEWEST) + 1e-9),
             }
             match figures.error {
                 Some(error) => prop_assert!((error - distance / measured).abs() < 1e-9),
-                None => prop_assert!(measured < LEAST_COMPARED + 1e-9),
+                None => prop_assert!(measured < f64::from(FEWEST) + 1e-9),
             }
         }
 

@@ -8,6 +8,7 @@ use super::window::{ResidualState, Window};
 use crate::alignment::Known;
 use crate::interval::Interval;
 use crate::knowledge::SignalSet;
+use crate::numbers::MOSTLY;
 use crate::time::{Span, Time, Validity};
 use bends::Bends;
 
@@ -25,9 +26,6 @@ pub struct Disagreement {
     /// The value of the faster way at the same moment, SI.
     pub other: Interval,
 }
-
-/// From this share of the tolerance on, an agreement may soon be a disagreement.
-const CLOSE: f64 = 0.75;
 
 /// Two ways of knowing one variable.
 #[derive(Clone, Debug)]
@@ -252,7 +250,7 @@ impl Residual {
     /// Whether the last comparison agrees so barely that the next one may disagree.
     #[must_use]
     pub fn is_close(&self) -> bool {
-        !self.has_branches && self.trend.last_share() > CLOSE
+        !self.has_branches && self.trend.last_share() > MOSTLY
     }
 
     /// Whether the conflict is of the present, and not one that has ended and is only remembered: the newest comparison disagrees, a

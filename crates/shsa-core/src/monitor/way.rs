@@ -2,11 +2,12 @@
 
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
-use crate::alignment::{Acceptance, BENDS_MORE, History, Known, Line, Port, Reach, Sample};
+use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
 use crate::computation::{Computation, Settled};
 use crate::interval::{Course, Interval};
 use crate::knowledge::{IdVec, SignalId, SignalSet, VariableId};
+use crate::numbers::BENDS_MORE;
 use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;

@@ -2,6 +2,7 @@
 
 mod recurring;
 
+use crate::numbers::{DEBOUNCE, FEWEST, HALF, IN_A_ROW, STALE_PERIODS};
 use crate::time::{Span, Time};
 pub(super) use recurring::Recurring;
 
@@ -23,7 +24,7 @@ pub struct Debounce {
 impl Default for Debounce {
     /// 2 of 4, or half of 250 ms.
     fn default() -> Debounce {
-        Debounce { span: Span::from_millis(250), least: 4, share: 0.5 }
+        Debounce { span: DEBOUNCE, least: IN_A_ROW, share: HALF }
     }
 }
 
@@ -83,13 +84,6 @@ pub struct Window {
     recurs: bool,
 }
 
-/// Fewer disagreements of noisy values may be chance: noises with long tails have two outliers one after the other once in some
-/// hundred hours, but hardly three.
-const FEWEST_OF_NOISE: u32 = 3;
-
-/// Evidence is stale after this many periods without a comparison or a reading.
-pub(super) const STALE_PERIODS: i64 = 6;
-
 impl Window {
     /// A window for comparisons every `period` (learnt where it is not declared), in which the full effect of an event shows
     /// after `lag`.
@@ -122,7 +116,7 @@ impl Window {
     /// The window for values with noise. A disagreement is no proof then, as two outliers may follow each other.
     #[must_use]
     pub fn of_noise(self) -> Window {
-        Window { surely: self.k.max(FEWEST_OF_NOISE.min(self.n)), ..self }
+        Window { surely: self.k.max(FEWEST.min(self.n)), ..self }
     }
 
     /// Takes over the comparisons of the same pair before a change, if both windows have the same length; returns whether they

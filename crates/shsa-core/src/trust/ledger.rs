@@ -4,18 +4,13 @@ use super::standing::{Return, State};
 use super::{Accusation, Accused, By, Component, MOST_CONFLICTS, Record, Standing, Support, Trust, Verdict};
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, RelationId, SignalId, SignalSet};
 use crate::monitor::{WatchedWay, WayIndex, rests_on};
+use crate::numbers::{DOUBLINGS, RELAPSE_PROBATIONS};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use core::ops::Bound;
-
-/// How often the probation doubles at most: a probation of 5 s grows to 5 minutes.
-const MOST_RELAPSES: u32 = 6;
-
-/// A signal that is accused again within this many of its probations has relapsed.
-const RELAPSE_PROBATIONS: i64 = 4;
 
 /// A comparison that has disagreed with an accused component, by its slower and its faster way.
 pub type ConflictPair = (WayIndex, WayIndex);
@@ -174,7 +169,7 @@ impl Ledger {
     }
 
     fn probation_after(&self, relapses: u32) -> Span {
-        self.probation.times(1 << relapses.min(MOST_RELAPSES))
+        self.probation.times(1 << relapses.min(DOUBLINGS))
     }
 
     /// How often in a row a component was accused soon after it was trusted again, counting an accusation now.
@@ -185,7 +180,7 @@ impl Ledger {
             |cleared: Time| now - cleared <= self.probation_after(before.relapses).times(RELAPSE_PROBATIONS);
         match (before.accused(), before.cleared) {
             (Some(_), _) => before.relapses,
-            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(MOST_RELAPSES),
+            (None, Some(cleared)) if soon(cleared) => (before.relapses + 1).min(DOUBLINGS),
             _ => 0,
         }
     }
@@ -410,7 +405,7 @@ impl Ledger {
 
     /// Restores a record from before a restart. Its accusation stands until new evidence clears it.
     pub fn recall(&mut self, component: Component, record: Record) {
-        let relapses = record.relapses.min(MOST_RELAPSES);
+        let relapses = record.relapses.min(DOUBLINGS);
         let mut recalled = Standing { relapses, ..Standing::from(record) };
         if let Some(accused) = recalled.accused_mut() {
             accused.awaits_value = signal_of(component).is_some();

@@ -40,6 +40,7 @@ mod anchors;
 mod watch;
 mod power;
 mod noise;
+mod numbers;
 mod outliers;
 mod trust;
 mod coverage;

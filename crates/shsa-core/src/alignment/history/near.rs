@@ -2,10 +2,8 @@
 
 use super::Sample;
 use crate::interval::Interval;
+use crate::numbers::BENDS_MORE;
 use crate::time::{Span, Time, Validity};
-
-/// Between other samples, a value may bend this many times as much as between those that show it.
-pub(crate) const BENDS_MORE: f64 = 2.0;
 
 /// The integral over a stretch of time, from its end backwards. Times are numbers of nanoseconds, and only the sum is divided, as
 /// divisions are the main cost of a mean.

@@ -1,6 +1,7 @@
 //! For how long readings have been exactly the same.
 
 use crate::interval::Interval;
+use crate::numbers::FEWEST;
 use crate::time::{Span, Time};
 
 /// Consecutive readings that are exactly the same.
@@ -11,9 +12,6 @@ pub(super) struct Standstill {
     readings: u32,
 }
 
-/// Fewer equal readings are no standstill.
-const FEWEST_STILL: u32 = 3;
-
 impl Standstill {
     /// Takes in a reading; returns since when the readings have been the same.
     #[inline]
@@ -23,6 +21,6 @@ impl Standstill {
         } else {
             *self = Standstill { value, since: now, readings: 1 };
         }
-        (self.readings >= FEWEST_STILL).then(|| now - self.since)
+        (self.readings >= FEWEST).then(|| now - self.since)
     }
 }

@@ -1,6 +1,7 @@
 //! Tests of explanations against their definition, and on cases of the literature.
 
 use super::*;
+use crate::knowledge::{CauseId, RelationId, SignalId};
 use proptest::prelude::*;
 use std::format;
 use std::string::String;

@@ -5,6 +5,7 @@ use super::{Component, EvidenceView, Judge, JudgeOptions, latest_value};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
+use crate::numbers::{COINCIDES, HIGHEST_RAISED, RECENT};
 use crate::time::{Span, Time};
 use crate::trust::Ledger;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -105,15 +106,6 @@ impl Priors {
     }
 }
 
-/// Two independent faults within this time are as rare as their priors say; faults of a common cause come together.
-const COINCIDENCE: Span = Span::from_millis(60_000);
-
-/// The factor by which a common cause is more probable when a signal that shares it has failed within that time.
-const COINCIDES: f64 = 10.0;
-
-/// The highest prior that such a factor gives.
-const HIGHEST_RAISED: f64 = 0.2;
-
 /// The priors of the components before the comparisons are weighed, adapted by the faults found so far.
 #[derive(Debug)]
 pub(super) struct Beliefs {
@@ -166,8 +158,8 @@ impl Judge {
                 |signal: &SignalId| ledger.accused(Component::Signal(*signal)).and_then(|it| it.since);
             let accused = failed.map(since);
             let Some(last) = accused.max() else { continue };
-            let ago = last.map_or(Span::MAX, |last| (onset - last).max(COINCIDENCE));
-            beliefs.shown.insert(cause, COINCIDES * (COINCIDENCE.seconds() / ago.seconds()));
+            let ago = last.map_or(Span::MAX, |last| (onset - last).max(RECENT));
+            beliefs.shown.insert(cause, COINCIDES * (RECENT.seconds() / ago.seconds()));
         }
         beliefs.failed.sort_unstable();
         beliefs.failed.dedup();

@@ -1,21 +1,21 @@
 //! What a comparison is worth: whether an agreement could have been a conflict, whom a conflict is about, and over which time.
 
 use super::EvidenceView;
-use crate::diagnosis::candidates::ONE_SIDED;
 use crate::interval::Interval;
 use crate::knowledge::{SignalId, SignalSet};
 use crate::monitor::{Residual, WatchedWay};
+use crate::numbers::EVEN;
 use crate::time::Span;
 
 /// Whether an agreement could well have been a conflict. That a value is possible says nothing, that a specification holds nothing of
 /// the size of what it reads, and
-/// two values that are half as wide as the variable's range together would agree by chance as often as [`ONE_SIDED`] says.
+/// two values that are half as wide as the variable's range together would agree by chance as often as [`EVEN`] says.
 pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual) -> bool {
     let (Some(one), Some(other)) = (evidence.way(agreement.way), evidence.way(agreement.other)) else {
         return false;
     };
     let width = |way: &WatchedWay| way.latest_value().map_or(0.0, Interval::width);
-    let is_narrow = |range: f64| width(one) + width(other) < ONE_SIDED * range;
+    let is_narrow = |range: f64| width(one) + width(other) < EVEN * range;
     !one.is_verdict() && !other.is_range() && one.range_width().is_none_or(is_narrow)
 }
 

@@ -1,6 +1,7 @@
 //! The decisions that change verdicts on signals and relations, and the settings of the judge.
 
 use crate::knowledge::{CauseId, SignalId};
+use crate::numbers::{LASTING, PATIENCE, PRIOR, RELATION_PRIOR};
 use crate::time::Span;
 use crate::trust::Component;
 use alloc::vec::Vec;
@@ -69,11 +70,6 @@ pub struct JudgeOptions {
 impl Default for JudgeOptions {
     /// Signals fail a thousand times more often than the relations between them.
     fn default() -> JudgeOptions {
-        JudgeOptions {
-            probation: Span::from_millis(5_000),
-            patience: Span::from_millis(4_000),
-            prior: 0.01,
-            relation_prior: 1e-5,
-        }
+        JudgeOptions { probation: LASTING, patience: PATIENCE, prior: PRIOR, relation_prior: RELATION_PRIOR }
     }
 }

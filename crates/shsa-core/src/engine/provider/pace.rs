@@ -1,9 +1,7 @@
 //! The usual time between the values of a source, and when its next value is late.
 
+use crate::numbers::WILD;
 use crate::time::{Span, Time};
-
-/// How many mean deviations from its mean the time between two values may be.
-const DEVIATIONS: i64 = 4;
 
 /// The running mean of the time between two values, and its mean deviation, as TCP knows when to send a segment again
 /// (V. Jacobson, Congestion avoidance and control, 1988, doi:10.1145/52324.52356; RFC 6298).
@@ -63,7 +61,7 @@ impl Pace {
     /// two, or what its jitter asks for.
     fn patience(&self) -> Option<Span> {
         let Span(mean) = self.usual()?;
-        let jitter = self.deviation.0.saturating_mul(DEVIATIONS);
+        let jitter = self.deviation.0.saturating_mul(WILD as i64);
         Some(Span(mean.saturating_add(mean.saturating_sub(mean / 4).max(jitter))))
     }
 

@@ -2,14 +2,9 @@
 
 use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::monitor::Figures;
+use crate::numbers::{EVEN, FINEST_ERROR};
 use crate::reason::{Amount, Proof};
 use core::cmp::{Ordering, Reverse};
-
-/// The share of agreement that an unknown record counts as: better than a source that was wrong more often than right.
-const UNKNOWN_SHARE: f64 = 0.5;
-
-/// Errors below this share of the narrowest width count as equal.
-const FINEST_ERROR: f64 = 0.1;
 
 /// A source with its rank when the sources were last ranked.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +60,7 @@ impl Rank {
         let finest = (FINEST_ERROR * least_width.unwrap_or(0.0)).max(least_error.unwrap_or(0.0));
         let Figures { agreement, error, availability, .. } = ranked.figures;
         // A way that is not watched is not known to have been absent.
-        let share = agreement.unwrap_or(UNKNOWN_SHARE) * availability.unwrap_or(1.0);
+        let share = agreement.unwrap_or(EVEN) * availability.unwrap_or(1.0);
         let steps = |error: f64| match error <= finest {
             true => 0,
             false => libm::floor(2.0 * libm::log2(error / finest.max(f64::MIN_POSITIVE))) as u32,

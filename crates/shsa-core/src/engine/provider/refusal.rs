@@ -7,6 +7,7 @@ use super::situation::Succession;
 use super::sources::MOST_NAMED;
 use crate::knowledge::{KnowledgeBase, NeedId};
 use crate::monitor::{Monitor, WayIndex};
+use crate::numbers::DOUBLINGS;
 use crate::plan::Graph;
 use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
@@ -15,9 +16,6 @@ use alloc::vec::Vec;
 
 /// At most this many refusals are remembered, so that each is reported once.
 const MOST_REPORTED: usize = 256;
-
-/// The wait before a source that fell short is used again doubles at most this often.
-const MOST_DOUBLINGS: u32 = 6;
 
 /// Refused sources, each with its shortfalls, and sources whose values fell short.
 #[derive(Debug, Default)]
@@ -137,7 +135,7 @@ impl Refusals {
         let usual = settings.switching.probation.max(settings.switching.hold);
         if let Some(known) = self.short.iter_mut().find(|short| short.way == *way) {
             if now - known.last >= known.wait {
-                known.doublings = (known.doublings + 1).min(MOST_DOUBLINGS);
+                known.doublings = (known.doublings + 1).min(DOUBLINGS);
                 known.wait = usual.times(1 << known.doublings);
             }
             known.last = now;

@@ -9,18 +9,16 @@ use super::situation::Situation;
 use crate::assurance::Assessments;
 use crate::knowledge::{KnowledgeBase, NeedId, VariableId};
 use crate::monitor::Monitor;
+use crate::numbers::BRIEF;
 use crate::plan::Graph;
 use crate::reason::{Candidate, Joint, Reason, Reasons};
 use crate::substitution::Way;
-use crate::time::{Span, Time};
+use crate::time::Time;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// How many alternatives an event names.
 pub(super) const MOST_NAMED: usize = 3;
-
-/// After a silence of all sources, the first source that gives values is doubtful for this time until another one agrees.
-const CONFIRMATION: Span = Span::from_millis(1_000);
 
 /// The sources of a need.
 #[derive(Debug)]
@@ -123,7 +121,7 @@ impl Sources {
 
     /// Whether all sources give values again after a recent silence, and sources that could confirm them may not yet.
     pub(super) fn are_returning(&self, now: Time) -> bool {
-        self.returning_since.is_some_and(|since| now - since < CONFIRMATION)
+        self.returning_since.is_some_and(|since| now - since < BRIEF)
     }
 
     /// All sources, best utility first.

@@ -10,13 +10,11 @@ use crate::alignment::Sample;
 use crate::computation::{Computation, Timing};
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
+use crate::numbers::MISSED_PERIODS;
 use crate::reason::ServedBy;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::sync::Arc;
-
-/// After so many periods a newer value would have come: two that may be missing, and one that is late.
-const PERIODS: i64 = 3;
 
 /// A server with the usual time between its values, zero where that is unknown or its values stand, and how its values relate to
 /// time.
@@ -109,7 +107,7 @@ impl Provider {
     fn longest_turn(&self, turn: Turn) -> Span {
         let half_age = self.settings.half_age();
         match turn.server {
-            Server::Active { .. } => turn.period.min(self.last_period).times(PERIODS).min(half_age),
+            Server::Active { .. } => turn.period.min(self.last_period).times(MISSED_PERIODS).min(half_age),
             Server::StandIn(_) | Server::Unsure => half_age,
         }
     }

@@ -1,10 +1,8 @@
 //! The share of the time in which a way gave a value.
 
 use super::fading::Fading;
+use crate::numbers::HELD_PERIODS;
 use crate::time::{Span, Time};
-
-/// A value counts as present for this many periods, as long as a port holds it.
-const HELD_PERIODS: i64 = 2;
 
 /// The times in which a way gave values.
 #[derive(Clone, Copy, Debug)]

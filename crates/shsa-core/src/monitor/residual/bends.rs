@@ -1,17 +1,10 @@
 //! How far a value may be from the line between two samples, by how far it has been from such lines lately.
 
+use crate::numbers::{BENDS_AT_MOST, MANY, SURELY};
+
 /// The deviation of a line's bulge by white noise of deviation 1: that of a second difference is the root of 6, and an eighth of it is
 /// the bulge.
 const OF_NOISE: f64 = 2.449_489_742_783_178 / 8.0;
-
-/// A bulge of noise is below this many of its deviations.
-const SURELY: f64 = 3.0;
-
-/// A bend is remembered for about as many lines as a drift has comparisons.
-const MEMORY: f64 = 64.0;
-
-/// Between other samples, a value may bend by this multiple of what was seen.
-const MORE: f64 = 3.0;
 
 /// How far a value has been from the lines between its samples.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,13 +21,13 @@ impl Bends {
     /// Takes in the bulge of a line between values with noise of this deviation, both SI.
     pub(in super::super) fn take(&mut self, bulge: f64, deviation: f64) {
         let noise = OF_NOISE * deviation;
-        self.largest = (bulge - SURELY * noise).max(self.largest * (1.0 - 1.0 / MEMORY));
-        self.lines = MEMORY.min(self.lines + 1.0);
+        self.largest = (bulge - SURELY * noise).max(self.largest * (1.0 - 1.0 / f64::from(MANY)));
+        self.lines = f64::from(MANY).min(self.lines + 1.0);
         self.square += (bulge * bulge - noise * noise - self.square) / self.lines;
     }
 
     /// How far a value may be from a line, SI.
     pub(in super::super) fn most(&self) -> f64 {
-        MORE * self.largest.max(libm::sqrt(self.square.max(0.0)))
+        BENDS_AT_MOST * self.largest.max(libm::sqrt(self.square.max(0.0)))
     }
 }

@@ -1,23 +1,8 @@
 //! The first detector: a lasting departure of the mean difference of two ways from its usual value.
 
 use super::{Noise, TrendOptions, approach};
+use crate::numbers::{DRIFT_ENOUGH, DRIFT_STEP, EARLY, HALF, NEAR, WILD};
 use crate::time::{Span, Time};
-
-/// With known noise: the deviations from the usual difference that a comparison must exceed to count towards a drift.
-const STEP: f64 = 0.75;
-/// With known noise: the sum of such excesses that is a drift. White noise reaches it once in some hundred million comparisons
-/// (the average run length of a cumulative sum, D. Siegmund, Sequential Analysis, 1985, doi:10.1007/978-1-4757-1862-1).
-const ENOUGH: f64 = 12.0;
-/// No single difference counts as more deviations than this: a single wild value is neither a drift nor scatter.
-pub(super) const WILD: f64 = 4.0;
-/// A mean with less weight is not used.
-const FULL: f64 = 0.5;
-/// With known noise, this weight suffices for the usual difference, as the noise bounds its error.
-const EARLY: f64 = 0.2;
-/// A drift this near to an alarm may become one.
-const OPEN: f64 = 0.25;
-/// A drift this near to an alarm, when comparisons begin to disagree, is the reason for that.
-const BEGUN: f64 = 0.25;
 
 /// The mean difference of two ways, and how near it is to a drift.
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +35,7 @@ impl Drift {
             sums: [0.0; 2],
             usual: None,
             settled: None,
-            enough: if matches!(noise, Noise::Known(_)) { EARLY } else { FULL },
+            enough: if matches!(noise, Noise::Known(_)) { EARLY } else { HALF },
             mean: 0.0,
             weight: 0.0,
             since_change: (0.0, 0.0),
@@ -103,9 +88,9 @@ impl Drift {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return self.settle() };
         let beyond = ((difference - usual) * per_deviation).clamp(-WILD, WILD);
         // Too large a scatter would reach the sum by chance.
-        let step = STEP * scatter.max(1.0);
+        let step = DRIFT_STEP * scatter.max(1.0);
         for (sum, beyond) in self.sums.iter_mut().zip([beyond, -beyond]) {
-            *sum = (*sum + (beyond - step) / ENOUGH).clamp(0.0, 1.0);
+            *sum = (*sum + (beyond - step) / DRIFT_ENOUGH).clamp(0.0, 1.0);
         }
         self.follow_change(difference);
     }
@@ -128,7 +113,7 @@ impl Drift {
     pub(super) fn learn(&mut self, time: Time) {
         if self.rests_on_enough() {
             self.usual = Some(self.mean / self.weight);
-            self.settled = (self.weight > FULL || !self.stays_calm()).then_some(time);
+            self.settled = (self.weight > HALF || !self.stays_calm()).then_some(time);
         }
     }
 
@@ -163,19 +148,19 @@ impl Drift {
 
     /// Whether the drift may become an alarm.
     pub(super) fn is_open(&self) -> bool {
-        self.nearness() > OPEN
+        self.nearness() > NEAR
     }
 
     /// Whether the drift is far from an alarm.
     #[inline(always)]
     pub(super) fn stays_calm(&self) -> bool {
         let [above, below] = self.sums;
-        above <= OPEN && below <= OPEN
+        above <= NEAR && below <= NEAR
     }
 
     /// Whether a drift is why single comparisons disagree.
     pub(super) fn had_begun(&self) -> bool {
-        self.begun > BEGUN
+        self.begun > NEAR
     }
 
     /// The mean difference, SI: recently, or since it began to depart from the usual one, whichever is further from that. The one

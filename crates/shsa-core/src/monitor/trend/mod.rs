@@ -18,19 +18,11 @@ pub use measured::Measured;
 pub use options::{Noise, TrendOptions};
 pub use recall::TrendRecord;
 
+use crate::numbers::{AT_ONCE, BEYOND_NOISE, HALF, SURELY, TREND_MEMORY, WILD};
 use crate::time::{Span, Time, Validity};
-use drift::{Drift, WILD};
-use scatter::{BEYOND, Scatter};
-use skew::{SHIFTED, Skew};
-
-/// Means go over this multiple of the least number of comparisons of a drift.
-const MEMORY: f64 = 4.0;
-/// A difference counts at most this many tolerances, as one wild value is no trend.
-const LARGEST: f64 = 1.5;
-/// Scatter or skew above this share of its limit may become an alarm.
-const HALF: f64 = 0.5;
-/// An alarm about scatter or skew ends below this share of its limit.
-const HYSTERESIS: f64 = 0.5;
+use drift::Drift;
+use scatter::Scatter;
+use skew::Skew;
 
 /// The present trend of many comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,10 +105,10 @@ impl Trend {
     fn empty(options: TrendOptions, noise: Noise) -> Trend {
         let (options, per_deviation) = match noise {
             Noise::Known(deviation) => {
-                (TrendOptions { scatter: BEYOND, skew: SHIFTED, ..options }, 1.0 / deviation)
+                (TrendOptions { scatter: BEYOND_NOISE, skew: SURELY, ..options }, 1.0 / deviation)
             }
             Noise::Declared(share) => {
-                (TrendOptions { scatter: options.scatter.max(BEYOND * share), ..options }, 0.0)
+                (TrendOptions { scatter: options.scatter.max(BEYOND_NOISE * share), ..options }, 0.0)
             }
             Noise::Unknown => (options, 0.0),
         };
@@ -178,7 +170,7 @@ impl Trend {
         // The tolerance grows where the plant moves, as it includes a hull of neighbours; noise does not.
         let (shares, largest) = match self.noise {
             Noise::Known(_) => (self.per_deviation, WILD),
-            Noise::Unknown | Noise::Declared(_) => (per_tolerance, LARGEST),
+            Noise::Unknown | Noise::Declared(_) => (per_tolerance, AT_ONCE),
         };
         let clipped = (difference * shares).clamp(-largest, largest);
         let time = validity.to;
@@ -194,11 +186,11 @@ impl Trend {
             Noise::Unknown | Noise::Declared(_) => self.drift.accumulate(difference, share, shares, gain),
         }
         self.scatter.record(clipped, before.clipped, elapsed);
-        let gain = gain / MEMORY;
+        let gain = gain / TREND_MEMORY;
         self.drift.average(difference, gain);
         if !matches!(self.noise, Noise::Unknown) {
             // Clipped by the tolerance: a shift in time may be many deviations wide.
-            let apart = difference.clamp(-LARGEST * tolerance, LARGEST * tolerance) * shares;
+            let apart = difference.clamp(-AT_ONCE * tolerance, AT_ONCE * tolerance) * shares;
             let slope = (middle - before.other) * shares / elapsed;
             self.skew.record(apart, slope, gain);
         }
@@ -225,7 +217,7 @@ impl Trend {
 
     #[inline(never)]
     fn raise(&mut self, now: Time) {
-        let held = |alarm| if self.alarm == alarm { HYSTERESIS } else { 1.0 };
+        let held = |alarm| if self.alarm == alarm { HALF } else { 1.0 };
         let drift = self.drift.nearness();
         let noise = self.scatter.nearness();
         let skew = if self.drift.rests_on_enough() { self.skew.nearness(held(Tendency::Skew)) } else { 0.0 };

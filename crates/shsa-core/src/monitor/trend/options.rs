@@ -1,5 +1,6 @@
 //! Settings of the trend detectors, and the declared noise of the compared values.
 
+use crate::numbers::{HALF, LASTING, MANY, OFF_SHARE};
 use crate::time::Span;
 
 /// Settings of the trend detectors; the defaults are safe.
@@ -20,7 +21,7 @@ pub struct TrendOptions {
 
 impl Default for TrendOptions {
     fn default() -> TrendOptions {
-        TrendOptions { allowance: 0.5, span: Span::from_millis(5_000), least: 64, scatter: 0.4, skew: 0.4 }
+        TrendOptions { allowance: HALF, span: LASTING, least: MANY, scatter: OFF_SHARE, skew: OFF_SHARE }
     }
 }
 

@@ -1,17 +1,7 @@
 //! The second detector: differences change from one comparison to the next by more than the declared errors allow.
 
-use super::{HALF, MEMORY, TrendOptions, approach, smaller};
-use crate::time::Span;
-
-/// Scatter is estimated over this time, where that has enough comparisons.
-const QUICK: Span = Span::from_millis(1_000);
-/// The least number of comparisons for that.
-const FEW: f64 = 16.0;
-/// The multiple of the known noise that is too much scatter: with white noise, the estimate over at least 64 comparisons is never
-/// so far off.
-pub(super) const BEYOND: f64 = 2.0;
-/// From this share on of change in the differences' squares, the differences are noise.
-const ALTERNATING: f64 = 0.75;
+use super::{HALF, TREND_MEMORY, TrendOptions, approach, smaller};
+use crate::numbers::{BRIEF, MOSTLY, SCATTER_LEAST};
 
 /// The scatter of the differences of two ways, as means over the last seconds.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +28,7 @@ impl Scatter {
     #[inline(always)]
     pub(super) fn record(&mut self, difference: f64, before: f64, elapsed: f64) {
         let change = difference - before;
-        let gain = smaller(elapsed / QUICK.seconds(), 1.0 / FEW) / MEMORY;
+        let gain = smaller(elapsed / BRIEF.seconds(), 1.0 / SCATTER_LEAST) / TREND_MEMORY;
         approach(&mut self.variance, 0.5 * change * change, gain);
         approach(&mut self.square, difference * difference, gain);
     }
@@ -56,6 +46,6 @@ impl Scatter {
 
     /// Whether differences alternate rather than last.
     pub(super) fn alternates(&self) -> bool {
-        self.variance > ALTERNATING * self.square
+        self.variance > MOSTLY * self.square
     }
 }

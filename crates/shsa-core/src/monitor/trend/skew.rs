@@ -2,16 +2,9 @@
 //!
 //! Such differences are proportional to the slope of the values, so a linear regression gives the shift in time.
 
-use super::{HALF, HYSTERESIS, MEMORY, TrendOptions, approach};
+use super::{HALF, TREND_MEMORY, TrendOptions, approach};
+use crate::numbers::{NEAR, SHIFT_EXPLAINS};
 use crate::time::Span;
-
-/// With known noise: the root mean square difference, in deviations, from which on a shift in time counts.
-pub(super) const SHIFTED: f64 = 3.0;
-/// The share of the differences' squares that a shift in time must explain.
-const EXPLAINED: f64 = 0.8;
-
-/// A single difference adds at most this share of the limit, even where it is one of the fewest that means rest on.
-const SINGLE: f64 = 0.25;
 
 /// The relation between the differences of two ways and the slope of the values: means, weighted exponentially.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +30,7 @@ impl Skew {
         Skew {
             limit,
             calm: HALF * limit,
-            largest: libm::sqrt(SINGLE * limit * MEMORY * f64::from(options.least.max(1))),
+            largest: libm::sqrt(NEAR * limit * TREND_MEMORY * f64::from(options.least.max(1))),
             square: 0.0,
             slope_slope: 0.0,
             slope_difference: 0.0,
@@ -62,7 +55,7 @@ impl Skew {
     }
 
     fn shifted(&self, held: f64) -> f64 {
-        if self.explained() > EXPLAINED * held { self.square } else { 0.0 }
+        if self.explained() > SHIFT_EXPLAINS * held { self.square } else { 0.0 }
     }
 
     fn explained(&self) -> f64 {
@@ -79,7 +72,7 @@ impl Skew {
     /// Notes that single comparisons begin to disagree; the arguments tell whether the skew is an alarm, and whether the means
     /// have enough weight.
     pub(super) fn note(&mut self, is_alarm: bool, rests_on_enough: bool) {
-        self.was_shifted = is_alarm || (rests_on_enough && self.shifted(HYSTERESIS) > HALF * self.limit);
+        self.was_shifted = is_alarm || (rests_on_enough && self.shifted(HALF) > HALF * self.limit);
     }
 
     /// Whether a shift in time is why single comparisons disagree.
@@ -89,7 +82,7 @@ impl Skew {
 
     /// How late the first way is beside the other; `None` where no shift in time explains the differences.
     pub(super) fn late(&self) -> Option<Span> {
-        let is_explained = self.slope_slope > 0.0 && self.explained() > EXPLAINED * HYSTERESIS;
+        let is_explained = self.slope_slope > 0.0 && self.explained() > SHIFT_EXPLAINS * HALF;
         is_explained.then(|| Span::from_seconds(-self.slope_difference / self.slope_slope))
     }
 }

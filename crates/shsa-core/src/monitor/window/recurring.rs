@@ -1,19 +1,10 @@
 //! Single bad values that come again and again, although most are good: outliers that are too frequent to be chance.
 
+use crate::numbers::{AT_ONCE, HALF, LASTING, MANY, RECURRING_LEAST, RECURRING_SHARE};
 use crate::time::Span;
 
-/// Of at least this share, and
-const SHARE: f64 = 0.04;
-/// of at least this number, single bad values are a fault, which ends at half of both.
-const FEWEST: f64 = 4.5;
-/// They are counted among at least this many values,
-const AMONG: f64 = 64.0;
-/// and over at least this time: shocks of a vehicle, and a bad road, are shorter.
-const OVER: Span = Span::from_millis(5_000);
 /// A smaller count is none.
 const FEW: f64 = 0.01;
-/// However many there were, no more are remembered than this multiple of what is enough.
-const MOST: f64 = 1.5;
 
 /// A count of single bad values that fades with each value.
 #[derive(Clone, Copy, Debug)]
@@ -26,8 +17,8 @@ pub(in super::super) struct Recurring {
 impl Recurring {
     /// The count for values every `period`.
     pub(in super::super) fn new(period: Option<Span>) -> Recurring {
-        let in_time = period.map_or(0.0, |period| OVER.seconds() / period.seconds());
-        Recurring { count: 0.0, memory: in_time.max(AMONG) }
+        let in_time = period.map_or(0.0, |period| LASTING.seconds() / period.seconds());
+        Recurring { count: 0.0, memory: in_time.max(f64::from(MANY)) }
     }
 
     /// Takes over the count of before.
@@ -55,7 +46,7 @@ impl Recurring {
 
     /// Counts the value as a single bad one.
     pub(in super::super) fn add(&mut self) {
-        self.count = (self.count + 1.0).min(MOST * self.enough());
+        self.count = (self.count + 1.0).min(AT_ONCE * self.enough());
     }
 
     /// Takes the last one back: it was not single.
@@ -65,11 +56,11 @@ impl Recurring {
 
     /// Whether they are too many; `already`: whether they have been.
     pub(in super::super) fn are_too_many(&self, already: bool) -> bool {
-        self.count >= if already { 0.5 * self.enough() } else { self.enough() }
+        self.count >= if already { HALF * self.enough() } else { self.enough() }
     }
 
     fn enough(&self) -> f64 {
-        FEWEST.max(SHARE * self.memory)
+        RECURRING_LEAST.max(RECURRING_SHARE * self.memory)
     }
 
     /// How many single bad values there have been, among how many.
