@@ -1,12 +1,14 @@
 //! The clock for times of reception: it never goes back, even if the wall clock is set.
 
+mod source;
 mod uptime;
 
+pub use source::SourceClock;
 pub(crate) use uptime::Uptime;
 
 use shsa_core::time::Time;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// A larger change of the wall clock against this one is a step, nanoseconds: 50 ms.
@@ -16,8 +18,8 @@ const ON_ITS_WAY: i64 = 2_000_000_000;
 
 /// A clock that starts with the wall clock's time and runs evenly, also while the machine sleeps; clones are the same clock.
 ///
-/// The wall clock may be set meanwhile, and with it the stamps of all publishers. [`Clock::follow`] detects this, and
-/// [`Clock::steady`] and [`Clock::by_wall`] convert.
+/// The wall clock may be set meanwhile, and with it the stamps of publishers on this machine. [`Clock::follow`] detects this, and
+/// [`SourceClock`], [`Clock::steady`] and [`Clock::by_wall`] convert.
 #[derive(Clone, Debug)]
 pub struct Clock(Arc<Kind>);
 
@@ -35,7 +37,20 @@ enum Kind {
         was_ahead: AtomicI64,
         /// The time at which the step was detected, by this clock.
         stepped: AtomicI64,
+        /// The number of steps.
+        steps: AtomicU64,
     },
+}
+
+/// The steps of the wall clock.
+#[derive(Clone, Copy, Debug)]
+struct Steps {
+    number: u64,
+    /// The lead of the wall clock over the steady one, and the one before the last step, nanoseconds.
+    ahead: i64,
+    was_ahead: i64,
+    /// The time of the last step, by the steady clock.
+    last: Time,
 }
 
 impl Clock {
@@ -48,6 +63,7 @@ impl Clock {
             ahead: AtomicI64::new(0),
             was_ahead: AtomicI64::new(0),
             stepped: AtomicI64::new(i64::MIN),
+            steps: AtomicU64::new(0),
         }))
     }
 
@@ -82,7 +98,7 @@ impl Clock {
     /// clock adopts it and returns it in nanoseconds (positive: the wall clock went ahead). Call it before reading stamps; it
     /// costs two readings of the clock.
     pub fn follow(&self) -> Option<i64> {
-        let Kind::Running { ahead, was_ahead, stepped, .. } = &*self.0 else { return None };
+        let Kind::Running { ahead, was_ahead, stepped, steps, .. } = &*self.0 else { return None };
         let now = self.now().0;
         let (is, was) = (wall().saturating_sub(now), ahead.load(Ordering::Acquire));
         let step = is.saturating_sub(was);
@@ -92,7 +108,19 @@ impl Clock {
         was_ahead.store(was, Ordering::Release);
         stepped.store(now, Ordering::Release);
         ahead.store(is, Ordering::Release);
+        steps.fetch_add(1, Ordering::AcqRel);
         Some(step)
+    }
+
+    /// The steps of the wall clock so far; `None` where time does not pass by itself.
+    fn steps(&self) -> Option<Steps> {
+        let Kind::Running { ahead, was_ahead, stepped, steps, .. } = &*self.0 else { return None };
+        Some(Steps {
+            number: steps.load(Ordering::Acquire),
+            ahead: ahead.load(Ordering::Acquire),
+            was_ahead: was_ahead.load(Ordering::Acquire),
+            last: Time(stepped.load(Ordering::Acquire)),
+        })
     }
 
     /// A message's wall-clock stamp as a time of this clock. Shortly after a step the stamp may be from before the step: of both

@@ -34,7 +34,7 @@ mod address;
 
 #[cfg(feature = "memory")]
 pub use address::{Address, BusOptions};
-pub use clock::Clock;
+pub use clock::{Clock, SourceClock};
 pub use diagnostic::{Diagnostic, Level};
 pub use error::BridgeError;
 pub use inbox::{Absence, DirectReader, Inbox, Losses};

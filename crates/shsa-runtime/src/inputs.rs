@@ -3,7 +3,7 @@
 use crate::error::{Context, RuntimeError, unfit};
 use crate::held_back::{HeldBack, Rhythm};
 use shsa_bridge::payload::{Reader, Reading, SIZE_LIMIT, Unreadable};
-use shsa_bridge::{Clock, Message, Payload, Quality};
+use shsa_bridge::{Clock, Message, Payload, Quality, SourceClock};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
@@ -46,6 +46,8 @@ struct End {
     last: Option<RawValue>,
     /// Detects messages held back while the signal was silent.
     rhythm: Rhythm,
+    /// Whether its stamps follow steps of our wall clock.
+    stamps: SourceClock,
     /// The number of unreadable messages, and the reason for the last one.
     unreadable: u64,
     because: Option<Unreadable>,
@@ -123,7 +125,8 @@ impl Inputs {
             if end.repeats(&value) || has_waited {
                 return;
             }
-            let stamp = stamp.map_or(message.received, |stamp| clock.steady(stamp, message.received));
+            let received = message.received;
+            let stamp = stamp.map_or(received, |stamp| end.stamps.steady(clock, stamp, received));
             each(Observation { signal, stamp, received: message.received, value });
         };
         match &message.payload {
