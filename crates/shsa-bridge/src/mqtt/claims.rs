@@ -7,7 +7,7 @@
 
 use crate::clock::Uptime;
 use crate::{Attendance, BridgeError, Inbox, Presence};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -26,6 +26,8 @@ pub(super) const RENEWED: Duration = Duration::from_secs(2);
 const ABSENT: Duration = Duration::from_secs(3);
 /// The largest number of clients whose claims are followed.
 const CLIENTS_MAX: usize = 256;
+/// The number of own texts that may come back.
+const ON_THE_WAY: usize = 16;
 /// The longest list of one client's claims, bytes.
 const LONGEST: usize = 256 * 1024;
 
@@ -48,8 +50,10 @@ struct State {
     watches: Vec<Watch>,
     /// Whether the claims of others are known: retained claims arrive before the echo of the own ones.
     is_informed: bool,
-    /// Whether the own claims were published.
-    is_published: bool,
+    /// The latest texts of the own claims; empty before the first publication.
+    published: VecDeque<String>,
+    /// Whether one of them has come back.
+    is_echoed: bool,
     /// When expired claims were last looked for.
     looked: Uptime,
 }
@@ -79,7 +83,8 @@ impl Claims {
             gone: BTreeSet::new(),
             watches: Vec::new(),
             is_informed: false,
-            is_published: false,
+            published: VecDeque::new(),
+            is_echoed: false,
             looked: Uptime::now(),
         };
         Arc::new(Claims { client, state: Mutex::new(state), due: Notify::new(), inbox })
@@ -152,7 +157,7 @@ impl Claims {
     /// this client receive claims: as far as this client knows, no other client exists.
     pub(super) fn renew(&self) {
         let mut state = self.lock();
-        if state.is_published {
+        if !state.published.is_empty() {
             state.inform();
         }
         drop(state);
@@ -165,9 +170,28 @@ impl Claims {
         if state.own.is_empty() && state.watches.is_empty() {
             return None;
         }
-        state.is_published = true;
         let own: Vec<&str> = state.own.iter().map(|name| &**name).collect();
-        Some((format!("shsa/{}/claims", self.client.as_ref()?), own.join("\n")))
+        let text = own.join("\n");
+        if state.published.back() != Some(&text) {
+            state.published.push_back(text.clone());
+        }
+        while state.published.len() > ON_THE_WAY {
+            state.published.pop_front();
+        }
+        Some((format!("shsa/{}/claims", self.client.as_ref()?), text))
+    }
+
+    /// Whether somebody else has published claims of this client: the text is none of the latest own ones, of which one has come back
+    /// before. What the broker has kept comes earlier.
+    pub(super) fn is_forged(&self, topic: &str, words: &[u8]) -> bool {
+        let client = topic.strip_prefix("shsa/").and_then(|topic| topic.strip_suffix("/claims"));
+        if client.is_none() || client != self.client.as_deref() {
+            return false;
+        }
+        let mut state = self.lock();
+        let is_own = state.published.iter().any(|text| text.as_bytes() == words);
+        state.is_echoed |= is_own;
+        state.is_echoed && !is_own
     }
 
     /// Takes in a message. Returns whether it is about claims, so that it needs no other reader.
@@ -374,6 +398,21 @@ mod tests {
         }
         claims.lock().look(at + RENEWED);
         assert_eq!(changes_text(&mut attendance), "-a/x");
+    }
+
+    #[test]
+    fn claims_of_this_client_are_forged_if_it_has_not_published_them() {
+        let claims = claims();
+        let _attendance = claims.attendance("a/**").unwrap();
+        let is_forged = |words: &str| claims.is_forged("shsa/me/claims", words.as_bytes());
+        assert!(!is_forged("a/kept"), "the broker has kept them since an earlier run");
+        let held = claims.attend("a/one").unwrap();
+        claims.own_message();
+        assert!(!is_forged("a/kept") && !is_forged("a/one") && is_forged("a/kept") && is_forged(""));
+        drop(held);
+        claims.own_message();
+        assert!(!is_forged("a/one") && !is_forged(""), "both may be on their way");
+        assert!(!claims.is_forged("shsa/other/claims", b"a/two"));
     }
 
     #[test]

@@ -2,11 +2,15 @@
 //! messages to the profile of the connection.
 
 use super::{Arrived, Publication, Shared, State};
+use crate::BridgeError;
 use crate::clock::Uptime;
-use crate::mqtt::claims::EXPIRES;
+use crate::mqtt::claims::{EXPIRES, RENEWED};
 use crate::mqtt::options::Presence;
 use crate::mqtt::profile::Will;
 use bytes::Bytes;
+
+/// So many bytes of a forged text are shown.
+const SHOWN: usize = 40;
 
 impl Shared {
     /// The will of the next connection.
@@ -34,6 +38,10 @@ impl Shared {
     /// Publishes the own claims again.
     pub(in crate::mqtt) fn renew_claims(&self) {
         self.claims.renew();
+        let is_due = std::mem::take(&mut self.lock().is_correction_due);
+        if is_due {
+            self.publish_here(&mut self.lock());
+        }
         self.claim();
     }
 
@@ -50,6 +58,36 @@ impl Shared {
             self.send_kept(state, &presence.topic, presence.here.clone(), None);
         }
         self.publish_claims(state);
+    }
+
+    /// Takes in a message about this client: its status or its claims. While it is connected, only a stranger publishes others than its
+    /// own; the will of an earlier connection comes before the first word of this one. They are corrected at once, and then not more
+    /// often than they are renewed, as two clients may have the same name.
+    pub(super) fn hear_of_itself(&self, topic: &str, words: &[u8]) {
+        let presence = self.presence.as_ref().filter(|presence| presence.topic == topic);
+        let is_here = presence.is_some_and(|presence| *words == *presence.here);
+        let is_forged = self.claims.is_forged(topic, words);
+        if presence.is_none() && !is_forged {
+            return;
+        }
+        let mut state = self.lock();
+        state.is_known_here |= is_here;
+        let is_denied = presence.is_some() && !is_here && state.is_known_here;
+        if !(is_forged || is_denied) || state.sender.is_none() || state.stopping {
+            return;
+        }
+        let shown = String::from_utf8_lossy(&words[..words.len().min(SHOWN)]).into_owned();
+        state.trouble(BridgeError::Refused(format!(
+            "somebody else has published {shown:?} on `{topic}`, which is for this client alone; it is corrected"
+        )));
+        let now = Uptime::now();
+        if state.corrected.is_some_and(|at| now.saturating_duration_since(at) < RENEWED) {
+            state.is_correction_due = true;
+            return;
+        }
+        state.corrected = Some(now);
+        self.publish_here(&mut state);
+        state.pump(self.profile.as_deref());
     }
 
     /// Publishes that this client leaves, and ends its claims.
