@@ -14,7 +14,7 @@
 //!
 //! One thread takes one request after the other. A flood of requests costs the run little, and delays the requesters only.
 
-use super::token::Role;
+use super::token::{Asker, Role};
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
 use serde_json::{Map, Value, json};
@@ -174,7 +174,7 @@ impl Clerk {
             BusRequest::Ask { request, token } => self.look(request, token.as_deref(), caller)?,
             BusRequest::Order { order, token } => {
                 // The token is checked first: a caller without it learns nothing about possible orders.
-                let seen = self.guard.look(Role::Order, token.as_deref(), caller);
+                let seen = self.guard.look(Role::Order, token.as_deref(), Asker::Unknown(caller));
                 if let Some(why) = seen.refusal("the right `token`") {
                     return Err(why);
                 }
@@ -197,7 +197,7 @@ impl Clerk {
         if matches!(request, Request::Health) {
             return self.ask(request);
         }
-        match self.guard.look(Role::View, token, caller).refusal("the right `token`") {
+        match self.guard.look(Role::View, token, Asker::Unknown(caller)).refusal("the right `token`") {
             Some(why) => Err(why),
             None => self.ask(request),
         }

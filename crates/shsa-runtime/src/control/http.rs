@@ -17,7 +17,7 @@
 //! | `POST /orders` | an order as JSON, with `Authorization: Bearer TOKEN` |
 
 use super::connections::{self, Caller};
-use super::token::{Answer, Role};
+use super::token::{Answer, Asker, Role};
 use super::web::{self, Pages};
 use super::{Desk, Guard, Order, Reply, Request};
 use crate::error::{Context, RuntimeError};
@@ -135,7 +135,7 @@ async fn admit(
     request: HttpRequest,
     next: Next,
 ) -> Response {
-    let seen = shared.guard.look(Role::View, token(request.headers()), &caller.to_string());
+    let seen = shared.guard.look(Role::View, token(request.headers()), Asker::Known(&caller.to_string()));
     match seen.refusal("`Authorization: Bearer TOKEN`") {
         None => next.run(request).await,
         Some(why) => problem(status_of(seen), &why),
@@ -240,7 +240,7 @@ async fn order(
     headers: HeaderMap,
     body: Body,
 ) -> Response {
-    let seen = shared.guard.look(Role::Order, token(&headers), &caller.to_string());
+    let seen = shared.guard.look(Role::Order, token(&headers), Asker::Known(&caller.to_string()));
     if let Some(why) = seen.refusal("`Authorization: Bearer TOKEN`") {
         return problem(status_of(seen), &why);
     }

@@ -94,7 +94,7 @@ pub(in super::super) enum Answer {
     Pass,
     /// The token is missing or wrong.
     Wrong,
-    /// Too many tokens of this source were wrong of late: none is checked, not even a right one.
+    /// Too many tokens of this source were wrong of late: none is checked, not even a right one where the source is known.
     Later,
     /// The run has no token for this role: nobody has it.
     Never,
@@ -110,6 +110,25 @@ impl Answer {
             Answer::Never => {
                 Some("started without a token: nothing can be changed (see --token-file)".to_owned())
             }
+        }
+    }
+}
+
+/// Who shows a token.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) enum Asker<'a> {
+    /// A machine, by its address: what it guesses locks out itself.
+    Known(&'a str),
+    /// Somebody on a bus that does not show who asks. The address for the answers is chosen by the asker, or shared by all: a guesser
+    /// must lock out nobody who uses the same one, so a right token always passes. A run takes 200 requests a second, so guessing a
+    /// token takes too long.
+    Unknown(&'a str),
+}
+
+impl Asker<'_> {
+    fn name(&self) -> &str {
+        match self {
+            Asker::Known(name) | Asker::Unknown(name) => name,
         }
     }
 }
@@ -134,7 +153,8 @@ pub(in super::super) struct Tokens {
 
 /// Checks tokens and limits guessing; clones share their state.
 ///
-/// A guessing source locks out only itself: a right token of another source always passes.
+/// A guessing source locks out only itself: a right token of another source always passes, and so does one of a source that nobody
+/// can tell from others.
 #[derive(Clone)]
 pub(in super::super) struct Guard {
     tokens: Tokens,
@@ -169,7 +189,7 @@ impl Wrong {
     }
 
     /// Counts a wrong token; returns a note if it is to be reported.
-    fn count(&mut self, source: &str, now: Instant) -> Option<String> {
+    fn count(&mut self, source: &str, is_known: bool, now: Instant) -> Option<String> {
         self.count += 1;
         self.forget(now);
         let times = self.sources.entry(source.to_owned()).or_default();
@@ -184,9 +204,10 @@ impl Wrong {
         self.reported = Some(now);
         Some(match number {
             1 => format!("a wrong token from {source}"),
-            _ => format!(
+            _ if is_known => format!(
                 "{number} wrong tokens from {source} within {seconds} s: none of it is looked at for {seconds} s"
             ),
+            _ => format!("{number} wrong tokens from {source} within {seconds} s"),
         })
     }
 }
@@ -196,9 +217,9 @@ impl Guard {
         Guard { tokens, wrong: Arc::default(), desk }
     }
 
-    /// Checks the token that a source shows for a role.
-    pub(in super::super) fn look(&self, role: Role, shown: Option<&str>, source: &str) -> Answer {
-        self.look_at(role, shown, source, Instant::now())
+    /// Checks the token that a caller shows for a role.
+    pub(in super::super) fn look(&self, role: Role, shown: Option<&str>, caller: Asker<'_>) -> Answer {
+        self.look_at(role, shown, caller, Instant::now())
     }
 
     /// The number of wrong tokens since the start.
@@ -210,7 +231,8 @@ impl Guard {
         self.wrong.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn look_at(&self, role: Role, shown: Option<&str>, source: &str, now: Instant) -> Answer {
+    fn look_at(&self, role: Role, shown: Option<&str>, caller: Asker<'_>, now: Instant) -> Answer {
+        let (source, is_known) = (caller.name(), matches!(caller, Asker::Known(_)));
         let Tokens { view, order } = &self.tokens;
         match role {
             Role::View if view.is_none() => return Answer::Pass,
@@ -224,10 +246,11 @@ impl Guard {
         let is_late = |at: &&Instant| now.duration_since(**at) < WINDOW;
         let of_late = wrong.sources.get(source).map_or(0, |times| times.iter().filter(is_late).count());
         match shown {
-            _ if of_late >= MOST_WRONG => Answer::Later,
+            _ if is_known && of_late >= MOST_WRONG => Answer::Later,
             Some(shown) if is_right(shown) => Answer::Pass,
+            _ if of_late >= MOST_WRONG => Answer::Later,
             Some(_) => {
-                if let Some(news) = wrong.count(source, now) {
+                if let Some(news) = wrong.count(source, is_known, now) {
                     self.desk.call(Request::Denied(news), |_| ());
                 }
                 Answer::Wrong
@@ -263,9 +286,9 @@ mod tests {
     #[test]
     fn only_the_right_token_passes() {
         let (guard, _calls) = guard(Some(RIGHT), None);
-        assert_eq!(guard.look(Role::Order, Some(RIGHT), "a"), Answer::Pass);
+        assert_eq!(guard.look(Role::Order, Some(RIGHT), Asker::Known("a")), Answer::Pass);
         for wrong in [None, Some(""), Some("0123456789abcde"), Some("0123456789abcdeg")] {
-            assert_eq!(guard.look(Role::Order, wrong, "a"), Answer::Wrong);
+            assert_eq!(guard.look(Role::Order, wrong, Asker::Known("a")), Answer::Wrong);
         }
         assert_eq!(guard.wrong(), 3);
     }
@@ -275,11 +298,17 @@ mod tests {
         let (guard, calls) = guard(Some(RIGHT), None);
         let start = Instant::now();
         for _ in 0..MOST_WRONG {
-            assert_eq!(guard.look_at(Role::Order, Some("guess"), "a", start), Answer::Wrong);
+            assert_eq!(guard.look_at(Role::Order, Some("guess"), Asker::Known("a"), start), Answer::Wrong);
         }
-        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW / 2), Answer::Later);
-        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "b", start + WINDOW / 2), Answer::Pass);
-        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW), Answer::Pass);
+        assert_eq!(
+            guard.look_at(Role::Order, Some(RIGHT), Asker::Known("a"), start + WINDOW / 2),
+            Answer::Later
+        );
+        assert_eq!(
+            guard.look_at(Role::Order, Some(RIGHT), Asker::Known("b"), start + WINDOW / 2),
+            Answer::Pass
+        );
+        assert_eq!(guard.look_at(Role::Order, Some(RIGHT), Asker::Known("a"), start + WINDOW), Answer::Pass);
         let reported = reported(&calls);
         assert_eq!(reported.len(), 2, "{reported:?}");
         assert_eq!(reported[0], "a wrong token from a");
@@ -287,11 +316,25 @@ mod tests {
     }
 
     #[test]
+    fn guessing_locks_out_nobody_where_nobody_is_shown() {
+        let (guard, calls) = guard(Some(RIGHT), None);
+        let start = Instant::now();
+        let look = |shown| guard.look_at(Role::Order, Some(shown), Asker::Unknown("the bus"), start);
+        let guesses = [(); MOST_WRONG + 1].map(|()| look("guess"));
+        assert!(guesses.iter().take(MOST_WRONG).all(|answer| *answer == Answer::Wrong));
+        assert_eq!((guesses[MOST_WRONG], look(RIGHT)), (Answer::Later, Answer::Pass));
+        assert_eq!(reported(&calls).last().unwrap(), "5 wrong tokens from the bus within 10 s");
+    }
+
+    #[test]
     fn many_sources_cost_bounded_memory_and_few_words() {
         let (guard, calls) = guard(Some(RIGHT), None);
         let start = Instant::now();
         for source in 0..3 * MOST_SOURCES {
-            assert_eq!(guard.look_at(Role::Order, Some("guess"), &source.to_string(), start), Answer::Wrong);
+            assert_eq!(
+                guard.look_at(Role::Order, Some("guess"), Asker::Known(&source.to_string()), start),
+                Answer::Wrong
+            );
         }
         assert!(guard.lock().sources.len() <= MOST_SOURCES);
         assert_eq!((reported(&calls).len(), guard.wrong()), (1, 3 * MOST_SOURCES as u64));
@@ -299,18 +342,18 @@ mod tests {
 
     #[test]
     fn without_a_token_nothing_can_be_changed() {
-        assert_eq!(guard(None, None).0.look(Role::Order, Some(""), "a"), Answer::Never);
+        assert_eq!(guard(None, None).0.look(Role::Order, Some(""), Asker::Known("a")), Answer::Never);
     }
 
     #[test]
     fn who_may_look_may_not_order_and_who_may_order_may_look() {
         let view = "fedcba9876543210";
         let (with_both, _calls) = guard(Some(RIGHT), Some(view));
-        let look = |role, shown| with_both.look(role, shown, "a");
+        let look = |role, shown| with_both.look(role, shown, Asker::Known("a"));
         assert_eq!([look(Role::View, Some(view)), look(Role::View, Some(RIGHT))], [Answer::Pass; 2]);
         assert_eq!([look(Role::View, None), look(Role::Order, Some(view))], [Answer::Wrong; 2]);
-        assert_eq!(guard(Some(RIGHT), None).0.look(Role::View, None, "a"), Answer::Pass);
-        assert_eq!(guard(None, Some(view)).0.look(Role::Order, Some(view), "a"), Answer::Never);
+        assert_eq!(guard(Some(RIGHT), None).0.look(Role::View, None, Asker::Known("a")), Answer::Pass);
+        assert_eq!(guard(None, Some(view)).0.look(Role::Order, Some(view), Asker::Known("a")), Answer::Never);
     }
 
     #[test]
