@@ -1,6 +1,7 @@
 //! One engine on a bus: turns messages into observations, and publications into messages.
 
 mod model;
+mod files;
 mod serving;
 
 pub(super) use serving::{ReportedState, Served};
@@ -10,10 +11,8 @@ use super::execution::Execution;
 use super::held_back::HeldBack;
 use super::input_log::InputLog;
 use super::inputs::Inputs;
-use super::journal::{Bounds, Journal, Missing};
 use super::options::Model;
 use super::outlet::Outlet;
-use super::recording::{Recording, RunRecorder};
 use super::sandbox::{Consequences, SandboxOptions, Workers};
 use super::state_file::StateFile;
 use super::undelivered::Backlog;
@@ -31,7 +30,7 @@ use shsa_format::drive::Given;
 use shsa_format::words;
 use shsa_model::live::Live;
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// An output of a healer since the last poll.
@@ -138,42 +137,6 @@ impl Healer {
         Ok(())
     }
 
-    /// Writes every input to a journal from now on.
-    ///
-    /// # Errors
-    /// When the journal cannot be begun.
-    pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> Result<(), RuntimeError> {
-        let journal = Journal::begin(folder, &self.name, bounds, self.engine.knowledge());
-        self.input_log.journal =
-            Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
-        Ok(())
-    }
-
-    /// Has every input recorded from now on.
-    ///
-    /// # Errors
-    /// When there can be no thread.
-    pub(super) fn keep_record(&mut self, recorder: Box<dyn RunRecorder>) -> Result<(), RuntimeError> {
-        let recording = Recording::begin(recorder);
-        self.input_log.recording = Some(recording.context("starting a recorder")?);
-        Ok(())
-    }
-
-    /// Restores the state of an earlier run, if there is one, and saves the state from now on.
-    ///
-    /// # Errors
-    /// When the state cannot be read or written.
-    pub(super) fn keep_state(&mut self, folder: &Path, now: Time) -> Result<(), RuntimeError> {
-        let (state_file, snapshot) = StateFile::open(folder, &self.name)?;
-        self.state_file = Some(state_file);
-        self.patterns = Some(Patterns::open(folder, &self.name));
-        if let Some(snapshot) = snapshot {
-            self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
-        }
-        self.remember_all();
-        Ok(())
-    }
-
     /// Restores a part of another instance's state: what was computed without it goes nowhere.
     pub(super) fn restore(&mut self, snapshot: Snapshot, now: Time) {
         self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
@@ -273,12 +236,6 @@ impl Healer {
         self.work = give(&mut self.engine, &mut self.input_log, input);
     }
 
-    /// What is missing in its journal, its record and its state file.
-    pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
-        let state_file = self.state_file.as_ref().map(|state_file| state_file.missing().clone());
-        self.input_log.missing().chain(state_file)
-    }
-
     /// Carries out an operator's order.
     ///
     /// # Errors
@@ -296,22 +253,6 @@ impl Healer {
     /// Whether the name of a failed source may be taken over, or a source must be let back.
     pub(super) fn takes_over(&self) -> bool {
         !self.takeovers.is_empty() || !self.leaving.is_empty()
-    }
-
-    /// Saves the state if a decision has changed it, or if the last attempt has failed.
-    pub(super) fn remember(&mut self) {
-        if let Some(state_file) =
-            self.state_file.as_mut().filter(|state_file| self.has_decided || state_file.is_due())
-        {
-            state_file.save(&self.engine.snapshot());
-            self.has_decided = false;
-        }
-    }
-
-    /// Saves the state at the end of the run.
-    pub(super) fn remember_all(&mut self) {
-        self.has_decided = true;
-        self.remember();
     }
 
     /// The next output.

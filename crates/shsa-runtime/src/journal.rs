@@ -4,24 +4,24 @@
 //! `FOLDER/MODEL.jsonl` is the present file, `MODEL.1.jsonl` the previous one, `MODEL.2.jsonl` the one before. Each begins with
 //! the names of the signals, and can be replayed alone.
 
-mod kept;
 mod missing;
+mod kept;
+mod disk;
 
 pub(super) use missing::Missing;
 
-use kept::Kept;
+use disk::Disk;
 use missing::{lose, wait};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::drive::Given;
 use shsa_format::journal::JournalWriter;
-use std::fs::{self, File};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io;
 use std::mem;
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Chunks that may wait for the disk: at most a turn's inputs each.
 const WAITING: usize = 1_024;
@@ -29,9 +29,6 @@ const WAITING: usize = 1_024;
 pub(super) const PAUSE: Duration = Duration::from_secs(1);
 /// How long the end of a run waits for the disk.
 const END: Duration = Duration::from_secs(5);
-/// A file that was begun after a refusal is worthless if the disk refuses again before it holds this part of its size. It is
-/// replaced, not kept as an older file.
-const WORTH: u64 = 64;
 
 /// The bounds of the journal's size.
 #[derive(Clone, Copy, Debug)]
@@ -64,23 +61,24 @@ struct Chunk {
 }
 
 impl Journal {
-    /// Begins a new file; files of earlier runs become older files.
+    /// Begins a new file; files of earlier runs become older files. While the disk refuses, as a full or read-only one does, inputs
+    /// wait in memory.
     ///
     /// # Errors
-    /// When the folder cannot be made, or the file cannot be written.
+    /// When there can be no thread.
     pub(super) fn begin(
         folder: &Path,
         model: &str,
         bounds: Bounds,
         knowledge: &KnowledgeBase,
     ) -> io::Result<Journal> {
-        fs::create_dir_all(folder)?;
         let head = head(knowledge)?;
         let mut disk = Disk::new(folder, model, bounds);
-        disk.begin(&head)?;
+        let refused = disk.begin(&head).err();
         let (chunks, taken) = sync_channel(WAITING);
         let (writing, written) = sync_channel(0);
         let missing = Arc::<Mutex<Missing>>::default();
+        wait(&missing, refused.map(|error| error.to_string()).as_deref());
         let described = missing.clone();
         thread::Builder::new().name("journal".into()).spawn(move || {
             disk.write_all(&taken, &described);
@@ -140,149 +138,13 @@ fn head(knowledge: &KnowledgeBase) -> io::Result<Arc<[u8]>> {
     Ok(mem::take(JournalWriter::new(Vec::new(), knowledge)?.output_mut()).into())
 }
 
-/// The files on the disk.
-struct Disk {
-    folder: PathBuf,
-    model: String,
-    bounds: Bounds,
-    /// `None` while the disk refuses.
-    file: Option<File>,
-    size: u64,
-    /// The number of inputs in the present file.
-    inputs: u64,
-    /// Whether the disk has refused the end of the present file, and of the previous one.
-    is_cut: bool,
-    was_cut: bool,
-}
-
-impl Disk {
-    fn new(folder: &Path, model: &str, bounds: Bounds) -> Disk {
-        let (folder, model) = (folder.to_owned(), model.to_owned());
-        Disk { folder, model, bounds, file: None, size: 0, inputs: 0, is_cut: false, was_cut: false }
-    }
-
-    fn write_all(&mut self, chunks: &Receiver<Chunk>, missing: &Mutex<Missing>) {
-        let mut kept = Kept::default();
-        loop {
-            match kept.next(chunks) {
-                Ok(chunk) => kept.keep(chunk, missing),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-            if kept.again.is_none_or(|again| Instant::now() >= again) {
-                self.write_kept(&mut kept, missing);
-            }
-        }
-        self.write_kept(&mut kept, missing);
-        kept.give_up(missing);
-    }
-
-    /// Writes the kept chunks until the disk refuses.
-    fn write_kept(&mut self, kept: &mut Kept, missing: &Mutex<Missing>) {
-        while let Some(chunk) = kept.chunks.front() {
-            match self.write(chunk) {
-                Ok(replaced) if replaced > 0 => lose(missing, replaced, "the disk refused again and again"),
-                Ok(_) => {}
-                Err(error) => {
-                    kept.because = error.to_string();
-                    kept.again = Some(Instant::now() + PAUSE);
-                    wait(missing, Some(&kept.because));
-                    return;
-                }
-            }
-            kept.take();
-        }
-        if kept.again.take().is_some() {
-            wait(missing, None);
-        }
-        if std::mem::take(&mut kept.has_hole) {
-            // A file has no holes, so the next input begins another file.
-            self.file = None;
-            self.is_cut = true;
-        }
-    }
-
-    /// Returns the number of inputs lost with a replaced file.
-    fn write(&mut self, chunk: &Chunk) -> io::Result<u64> {
-        let length = chunk.lines.len() as u64;
-        let is_full = self.size + length > self.bounds.size;
-        let Some(file) = self.file.as_mut().filter(|_| !is_full) else { return self.begin_with(chunk) };
-        if let Err(error) = file.write_all(&chunk.lines) {
-            // The file is cut back to its last whole line, and continues there when there is room again.
-            let is_whole = file.set_len(self.size).is_ok() && file.seek(SeekFrom::Start(self.size)).is_ok();
-            if !is_whole || !is_want_of_room(&error) {
-                self.file = None;
-                self.is_cut = true;
-            }
-            return Err(error);
-        }
-        self.size += length;
-        self.inputs += chunk.inputs;
-        Ok(0)
-    }
-
-    /// Begins a file without inputs.
-    fn begin(&mut self, head: &Arc<[u8]>) -> io::Result<u64> {
-        self.begin_with(&Chunk { head: head.clone(), lines: Vec::new(), inputs: 0 })
-    }
-
-    /// Begins another file with a chunk, and makes the present file an older one. No old file is removed before the new one is
-    /// complete. Returns the number of inputs of a present file that was worthless and is replaced.
-    fn begin_with(&mut self, chunk: &Chunk) -> io::Result<u64> {
-        self.file = None;
-        let beside = self.folder.join(format!("{}.jsonl.new", self.model));
-        let file = written(&beside, chunk);
-        let file = file.inspect_err(|_| drop(fs::remove_file(&beside)))?;
-        let is_worthless = self.is_cut && self.was_cut && self.size < self.bounds.size / WORTH;
-        if self.path(0).exists() && !is_worthless {
-            for number in (0..self.bounds.older).rev() {
-                rename_if_there(&self.path(number), &self.path(number + 1))?;
-            }
-        }
-        fs::rename(&beside, self.path(0))?;
-        let lost = if is_worthless { self.inputs } else { 0 };
-        self.size = (chunk.head.len() + chunk.lines.len()) as u64;
-        self.inputs = chunk.inputs;
-        (self.is_cut, self.was_cut) = (false, self.is_cut);
-        self.file = Some(file);
-        Ok(lost)
-    }
-
-    fn path(&self, number: usize) -> PathBuf {
-        let Disk { folder, model, .. } = self;
-        match number {
-            0 => folder.join(format!("{model}.jsonl")),
-            number => folder.join(format!("{model}.{number}.jsonl")),
-        }
-    }
-}
-
-/// Whether the same file may have room again later.
-fn is_want_of_room(error: &io::Error) -> bool {
-    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
-    matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
-}
-
-/// Writes a new file with a chunk.
-fn written(path: &Path, chunk: &Chunk) -> io::Result<File> {
-    let mut file = File::create(path)?;
-    file.write_all(&chunk.head)?;
-    file.write_all(&chunk.lines)?;
-    Ok(file)
-}
-
-fn rename_if_there(from: &Path, to: &Path) -> io::Result<()> {
-    match fs::rename(from, to) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(()),
-        renamed => renamed,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use shsa_core::engine::Input;
     use shsa_core::time::Time;
+    use std::fs;
+    use std::path::PathBuf;
 
     const MODEL: &str = "{shsa: 1, variables: {speed: {unit: m/s}}, signals: {gps: {variable: speed}}}";
 
@@ -296,76 +158,25 @@ mod tests {
         folder
     }
 
-    fn disk(folder: &Path, older: usize) -> Disk {
-        fs::create_dir_all(folder).unwrap();
-        Disk::new(folder, "m", Bounds { size: 40, older })
-    }
-
-    fn chunk(lines: &str) -> Chunk {
-        Chunk { head: (*b"head\n").into(), lines: lines.into(), inputs: 1 }
-    }
-
     #[test]
-    fn full_files_make_room_and_the_oldest_goes() {
-        let folder = folder("rotation");
-        let mut disk = disk(&folder, 2);
-        for number in 0..8 {
-            disk.write(&chunk(&format!("a line of 20 bytes {number}\n"))).unwrap();
-        }
-        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
-        assert_eq!(read("m.jsonl"), "head\na line of 20 bytes 7\n");
-        assert_eq!(read("m.2.jsonl"), "head\na line of 20 bytes 5\n");
-        assert!(!folder.join("m.3.jsonl").exists());
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn a_disk_that_refuses_costs_only_what_it_refuses() {
-        let folder = folder("refusal");
-        let mut disk = disk(&folder, 2);
-        disk.begin(&(*b"head\n").into()).unwrap();
-        disk.file = Some(File::open(disk.path(0)).unwrap());
-        let (sender, taken) = sync_channel(4);
-        let missing = Mutex::default();
-        sender.send(chunk("refused\n")).unwrap();
-        sender.send(chunk("kept\n")).unwrap();
-        drop(sender);
-        disk.write_all(&taken, &missing);
-        assert_eq!(missing.lock().unwrap().inputs, 0);
-        disk.write(&chunk("later\n")).unwrap();
-        assert_eq!(fs::read_to_string(disk.path(0)).unwrap(), "head\nrefused\nkept\nlater\n");
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn after_what_was_lost_another_file_begins() {
-        let folder = folder("hole");
-        let mut disk = Disk { bounds: Bounds { size: 64 << 10, older: 2 }, ..disk(&folder, 2) };
-        disk.write(&chunk("before\n")).unwrap();
-        let (mut kept, missing) = (Kept::default(), Mutex::default());
-        kept.has_hole = true;
-        disk.write_kept(&mut kept, &missing);
-        disk.write(&chunk("after\n")).unwrap();
-        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
-        assert_eq!((read("m.1.jsonl"), read("m.jsonl")), ("head\nbefore\n".into(), "head\nafter\n".into()));
-        fs::remove_dir_all(folder).unwrap();
-    }
-
-    #[test]
-    fn a_disk_that_refuses_again_and_again_does_not_push_out_what_is_older() {
-        let folder = folder("again");
-        let mut disk = Disk { bounds: Bounds { size: 64 << 10, older: 2 }, ..disk(&folder, 2) };
-        let mut lost = disk.write(&chunk("older\n")).unwrap();
-        for number in 0..8 {
-            // The disk refuses every second write.
-            disk.file = Some(File::open(disk.path(0)).unwrap());
-            disk.write(&chunk("refused\n")).unwrap_err();
-            lost += disk.write(&chunk(&format!("{number}\n"))).unwrap();
-        }
-        let read = |name: &str| fs::read_to_string(folder.join(name)).unwrap();
-        assert_eq!((read("m.1.jsonl"), read("m.jsonl")), ("head\nolder\n".into(), "head\n7\n".into()));
-        assert!(!folder.join("m.2.jsonl").exists() && !folder.join("m.jsonl.new").exists());
-        assert_eq!(lost, 7);
+    fn a_disk_that_refuses_from_the_beginning_gets_all_later() {
+        let folder = folder("late");
+        fs::create_dir_all(&folder).unwrap();
+        // Nothing can be in a folder whose name is that of a file.
+        let place = folder.join("place");
+        fs::write(&place, "").unwrap();
+        let bounds = Bounds { size: 1 << 20, older: 1 };
+        let mut journal = Journal::begin(&place, "m", bounds, &knowledge()).unwrap();
+        assert!(journal.missing().waits && !journal.missing().because.is_empty());
+        journal.record(Given::Input(&Input::Tick(Time(1)))).unwrap();
+        journal.hand_over();
+        fs::remove_file(&place).unwrap();
+        let written = (0..500).any(|_| {
+            thread::sleep(Duration::from_millis(10));
+            fs::read_to_string(place.join("m.jsonl")).is_ok_and(|text| text.lines().count() == 2)
+        });
+        assert!(written, "{:?}", journal.missing());
+        drop(journal);
         fs::remove_dir_all(folder).unwrap();
     }
 

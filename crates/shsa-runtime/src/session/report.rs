@@ -22,8 +22,8 @@ const COMPARED: Span = Span::from_millis(60_000);
 pub(in super::super) struct Reported {
     pub(super) next: Time,
     losses: BTreeMap<Arc<str>, u64>,
-    /// Inputs missing in the journals and records, and failed savings of states.
-    missing: u64,
+    /// Inputs missing in each journal and record, and failed savings of each state.
+    missing: Vec<u64>,
     /// Whether a journal waits for the disk.
     waits: bool,
     /// The state of each need as published last, by model.
@@ -41,7 +41,7 @@ impl Reported {
         Reported {
             next,
             losses,
-            missing: 0,
+            missing: Vec::new(),
             waits: false,
             reported_states,
             doubt,
@@ -123,7 +123,8 @@ impl Session {
     }
 
     fn report_missing(&mut self, now: Time) {
-        let waiting = self.healers.iter().flat_map(Healer::missing).find(|missing| missing.waits);
+        self.healers.iter_mut().for_each(Healer::look_after_state);
+        let waiting = self.healers.iter().filter_map(Healer::waiting).next();
         if std::mem::replace(&mut self.reported.waits, waiting.is_some()) != waiting.is_some() {
             let because = match waiting {
                 Some(Missing { because, .. }) => {
@@ -133,16 +134,15 @@ impl Session {
             };
             self.log.noted(now, "disk", &because, self.bridge.as_mut());
         }
-        let missing = self.healers.iter().flat_map(Healer::missing);
-        let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
-            (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
-        });
-        let reported_model = std::mem::replace(&mut self.reported.missing, inputs);
-        if inputs == reported_model {
-            return;
+        let missing: Vec<Missing> = self.healers.iter().flat_map(Healer::missing).collect();
+        self.reported.missing.resize(missing.len(), 0);
+        for (at, Missing { inputs, because, .. }) in missing.into_iter().enumerate() {
+            let known = std::mem::replace(&mut self.reported.missing[at], inputs);
+            if inputs != known {
+                let because = format!("{} could not be written: {because}", inputs - known);
+                self.log.noted(now, "disk", &because, self.bridge.as_mut());
+            }
         }
-        let because = format!("{} could not be written: {because}", inputs - reported_model);
-        self.log.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
     /// Tells once of each comparison that is never or rarely made although there are enough values, and of each residual that

@@ -149,6 +149,7 @@ impl Session {
         json!({
             "ok": all_served && connected,
             "connected": connected,
+            "degraded": self.healers.iter().flat_map(Healer::degraded).collect::<Vec<_>>(),
             "needs": Value::Object(needs.chain(taken).collect()),
         })
     }
