@@ -266,7 +266,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// Orders a reload of the models.
 fn reload(handle: &Handle) {
     service_manager::notify("RELOADING=1");
-    if let Err(why) = handle.order(Order::Reload) {
+    if let Err(why) = handle.order(Order::Reload { force: false }) {
         show::warn(format!("the models stay as they are: {why}"));
     }
     service_manager::notify("READY=1");

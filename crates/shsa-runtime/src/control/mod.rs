@@ -56,7 +56,10 @@ pub(super) enum Request {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// Reads the files of the models again.
-    Reload,
+    Reload {
+        /// Whether the new models may lack needs that are served now.
+        force: bool,
+    },
     /// Changes a model by a text: its entries are added, or replace those of the same name, and null removes.
     Change {
         /// The name of the model; may be left out where there is only one.
@@ -80,8 +83,16 @@ struct Change {
     text: String,
 }
 
+/// The fields of [`Order::Reload`].
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Reload {
+    #[serde(default)]
+    force: bool,
+}
+
 impl Order {
-    /// Reads `{"order": "reload"}`, `{"order": "change", "text": ".."}`, or an order to the engine such as
+    /// Reads `{"order": "reload"}`, which may have `"force": true`, `{"order": "change", "text": ".."}`, or an order to the engine such as
     /// `{"order": "forbid", "signal": "/a"}`; the two last may have `"model": ".."`.
     ///
     /// # Errors
@@ -101,8 +112,12 @@ impl Order {
             Some(other) => return Err(format!("`model` is the name of a model, not {other}")),
         };
         match fields.get("order").and_then(Value::as_str) {
-            Some("reload") if fields.len() == 1 && model.is_none() => Ok(Order::Reload),
-            Some("reload") => Err("`reload` takes nothing else".into()),
+            Some("reload") if model.is_none() => {
+                fields.remove("order");
+                let Reload { force } = from_fields(fields)?;
+                Ok(Order::Reload { force })
+            }
+            Some("reload") => Err("`reload` is for all models".into()),
             Some("change") => {
                 fields.remove("order");
                 let Change { text } = from_fields(fields)?;
@@ -184,7 +199,11 @@ mod tests {
 
     #[test]
     fn orders_are_read_strictly() {
-        assert_eq!(Order::read(r#"{"order": "reload"}"#).unwrap(), Order::Reload);
+        for (text, force) in
+            [(r#"{"order": "reload"}"#, false), (r#"{"order": "reload", "force": true}"#, true)]
+        {
+            assert_eq!(Order::read(text).unwrap(), Order::Reload { force });
+        }
         let change = Order::Change { model: Some("car".into()), text: "relations: {}".into() };
         let text = r#"{"order": "change", "model": "car", "text": "relations: {}"}"#;
         assert_eq!(Order::read(text).unwrap(), change);
@@ -196,6 +215,7 @@ mod tests {
             r#"{"order": "change"}"#,
             r#"{"order": "change", "txt": ""}"#,
             r#"{"order": "reload", "signal": "/a"}"#,
+            r#"{"order": "reload", "model": "car"}"#,
             r#"{"order": "forbid"}"#,
             r#"{"order": "forbid", "signal": "/a", "model": 7}"#,
             "[]",

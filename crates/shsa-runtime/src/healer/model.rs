@@ -12,6 +12,7 @@ use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
 use shsa_model::live::Written;
 use shsa_model::write;
+use std::collections::BTreeSet;
 use std::fs;
 use std::sync::Arc;
 
@@ -71,29 +72,36 @@ impl Healer {
         Ok(refused)
     }
 
-    /// Replaces the model by the present content of its file.
+    /// Replaces the model by the present content of its file; returns the names of the needs that it lacks. It may lack some only by
+    /// `force`: a file that is cut off reads as a model without needs.
     ///
     /// # Errors
     /// What is wrong with the new model; nothing has changed then.
-    pub(in super::super) fn reload(&mut self, now: Time) -> Result<(), String> {
+    pub(in super::super) fn reload(&mut self, force: bool, now: Time) -> Result<Vec<String>, String> {
         let Some(path) = &self.path else { return Err(format!("the model {} is in no file", self.name)) };
         let name = path.display().to_string();
         let text = fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
-        self.change(&name, &text, now)
+        self.change(&name, &text, force, now)
     }
 
-    /// Applies a change of the model, or a whole new model.
+    /// Applies a change of the model, or a whole new model; returns the names of the needs that are no more, if `may_lack` allows it.
     ///
     /// # Errors
     /// What is wrong with the new model; nothing has changed then.
-    pub(in super::super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+    pub(in super::super) fn change(
+        &mut self,
+        name: &str,
+        text: &str,
+        may_lack: bool,
+        now: Time,
+    ) -> Result<Vec<String>, String> {
         let mut own = self.own.clone();
         if let Some(own) = &mut own {
             own.change(Written { name, text }).map_err(|report| report.render(false))?;
         }
-        self.adopt(name, text, now)?;
+        let lost = self.adopt(name, text, may_lack, now)?;
         self.own = own;
-        Ok(())
+        Ok(lost)
     }
 
     /// The model without the parts of others.
@@ -116,21 +124,36 @@ impl Healer {
             return Ok(());
         }
         let own = self.own.clone().unwrap_or_else(|| self.live.clone());
-        self.adopt("parts", &text, now)?;
+        self.adopt("parts", &text, true, now)?;
         self.own = (text != write::yaml(own.draft())).then_some(own);
         Ok(())
     }
 
-    /// Replaces the model.
-    fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
+    /// Replaces the model; returns the names of the needs that it lacks, if `may_lack` allows it.
+    fn adopt(&mut self, name: &str, text: &str, may_lack: bool, now: Time) -> Result<Vec<String>, String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;
+        let lost = lost(self.live.knowledge(), live.knowledge());
+        if !may_lack && !lost.is_empty() {
+            let lost = lost.join(", ");
+            return Err(format!(
+                "{name}: this model has no need {lost} any more, so nothing would serve it; \
+                 order {{\"order\": \"reload\", \"force\": true}} if that is meant"
+            ));
+        }
         self.bindings(live.knowledge(), |_| None).map_err(|error| error.chain())?;
         let change = Some((name.to_owned(), text.to_owned()));
         let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
         self.input_log.record(Given::Era(&era));
         self.engine.reload(era.knowledge, now);
         self.live = live;
-        Ok(())
+        Ok(lost)
     }
+}
+
+/// The names of needs that a new model lacks.
+fn lost(before: &KnowledgeBase, after: &KnowledgeBase) -> Vec<String> {
+    let names: BTreeSet<&str> = after.needs().iter().map(|need| &*need.signal).collect();
+    let needs = before.needs().iter().filter(|need| !names.contains(&*need.signal));
+    needs.map(|need| need.signal.clone()).collect()
 }

@@ -102,7 +102,7 @@ impl Session {
     fn order(&mut self, order: &Order, caller: &str) -> Result<Reply, RuntimeError> {
         let now = self.now();
         let done = match order {
-            Order::Reload => self.reload(),
+            Order::Reload { force } => self.reload(*force),
             Order::Change { model, text } => self.change(model.as_deref(), text),
             Order::Engine { model, order } => {
                 let healer = find(&mut self.healers, model.as_deref());
@@ -123,17 +123,20 @@ impl Session {
     }
 
     /// Reads the files of all models again. The first invalid file ends the reload; the models before it have changed.
-    fn reload(&mut self) -> Result<String, String> {
+    fn reload(&mut self, force: bool) -> Result<String, String> {
         let now = self.now();
-        self.healers.iter_mut().try_for_each(|healer| healer.reload(now))?;
-        Ok("the models were read again by order of the operator".into())
+        let mut lost = Vec::new();
+        for healer in &mut self.healers {
+            lost.extend(healer.reload(force, now)?);
+        }
+        Ok(format!("the models were read again by order of the operator{}", without(&lost)))
     }
 
     fn change(&mut self, model: Option<&str>, text: &str) -> Result<String, String> {
         let now = self.now();
         let healer = find(&mut self.healers, model)?;
-        healer.change("order", text, now)?;
-        Ok(format!("the model {} was changed by order of the operator", healer.name()))
+        let lost = healer.change("order", text, true, now)?;
+        Ok(format!("the model {} was changed by order of the operator{}", healer.name(), without(&lost)))
     }
 
     fn health(&self) -> Value {
@@ -216,6 +219,11 @@ impl Session {
             "figures": self.figures.json(),
         })
     }
+}
+
+/// Tells which needs a change has taken away.
+fn without(lost: &[String]) -> String {
+    if lost.is_empty() { String::new() } else { format!("; nothing serves {} any more", lost.join(", ")) }
 }
 
 /// The healer of this model; without a name, the only healer.
