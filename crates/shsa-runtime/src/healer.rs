@@ -30,6 +30,7 @@ use shsa_format::drive::Given;
 use shsa_format::words;
 use shsa_model::live::Live;
 use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -79,12 +80,15 @@ pub(super) struct Healer {
     leaving: Vec<Takeover>,
     /// Whether the bus tells our own messages from others.
     knows_own: bool,
+    /// Whether what others publish under the names of needs is heard, and the needs by these names.
+    hears: bool,
+    heard: BTreeMap<String, NeedId>,
     /// The signals for which the last message carried an observation; kept only where messages are copied.
     observed: Vec<SignalId>,
 }
 
 impl Healer {
-    /// Subscribes to the signals of a model.
+    /// Subscribes to the signals of a model; and to its needs, if what others publish under their names is heard.
     ///
     /// # Errors
     /// When a signal's source names no topic and field, or the bus refuses.
@@ -92,6 +96,7 @@ impl Healer {
         model: Model,
         options: engine::Options,
         output_options: OutputOptions,
+        hears: bool,
         bridge: &mut dyn Bridge,
     ) -> Result<Healer, RuntimeError> {
         let Model { name, path, live } = model;
@@ -121,6 +126,8 @@ impl Healer {
             leaving: Vec::new(),
             observed: Vec::new(),
             knows_own: bridge.knows_own(),
+            hears,
+            heard: BTreeMap::new(),
         };
         match healer.connect(bridge)?.pop() {
             Some((topic, error)) => Err(error).with_context(|| format!("subscribing to {topic}")),

@@ -18,6 +18,7 @@ pub mod inputs;
 mod message_template;
 mod undelivered;
 mod ownership;
+mod strangers;
 mod shared_verdicts;
 mod neighbours;
 mod outlet;

@@ -223,6 +223,22 @@ impl Outlet {
         self.last = self.known;
     }
 
+    /// A value of another instance has arrived under the name of the need.
+    pub(super) fn hear(&mut self, now: Time) {
+        self.last = Some(now);
+    }
+
+    /// This process was away: it must show again that its sources agree before it takes the need from another instance.
+    pub(super) fn unsettle(&mut self) {
+        (self.sound_since, self.is_settled) = (None, false);
+    }
+
+    /// Whether the last value is one that goes out: it is certain, and its form is known.
+    pub(super) fn can_send(&self) -> bool {
+        let is_written = !matches!(&self.shape, Shape::Like(template) if !template.is_known());
+        self.is_sound() && is_written
+    }
+
     /// Whether the present values are certain.
     fn is_sound(&self) -> bool {
         matches!(self.provenance.quality, Quality::Good | Quality::Substitute)

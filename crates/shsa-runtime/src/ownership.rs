@@ -6,16 +6,24 @@
 //! yet which signals are wrong, so it takes no need from an instance that serves it; it takes the first token only if nobody else
 //! holds one. When a divided network is whole again, the instances that served the same need see each other's tokens, and all but
 //! one stop.
+//!
+//! A token alone gives no need away and keeps none: see [`watch`].
+
+mod watch;
 
 use crate::error::{Context, RuntimeError};
 use shsa_bridge::{Attendance, Bridge, BridgeError, Presence, PublisherId};
+use shsa_core::time::{Span, Time};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
+use watch::Watch;
 
 /// The prefix of the tokens of able instances; the instance and the need's name on the bus follow.
 const ABLE: &str = "shsa/healer";
 /// The prefix of the tokens of settled instances.
 const SETTLED: &str = "shsa/settled";
+/// The most instances whose marks are remembered after they are gone.
+const MET_MAX: usize = 1024;
 
 /// The owner of each need.
 pub(super) struct Ownership {
@@ -30,6 +38,12 @@ pub(super) struct Ownership {
     tokens: BTreeMap<String, Tokens>,
     /// The needs that this instance serves.
     ours: BTreeSet<String>,
+    /// What is heard under the names of needs, where this instance hears it.
+    watches: BTreeMap<String, Watch>,
+    /// The marks of all instances that have held a token: their last values may arrive after they are gone.
+    met: BTreeSet<u32>,
+    /// Whether the middleware shows who publishes.
+    shows_publishers: bool,
 }
 
 /// Our tokens for a need.
@@ -52,8 +66,8 @@ pub(super) enum Ability {
 /// A change of a need's owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Handover {
-    /// This instance serves the need now.
-    Taken { need: String },
+    /// This instance serves the need now; `unheard`: the instance that should serve it, whose values do not arrive.
+    Taken { need: String, unheard: Option<String> },
     /// The instance `to` serves the need now.
     Given { need: String, to: String },
 }
@@ -76,7 +90,54 @@ impl Ownership {
             settled: BTreeMap::new(),
             tokens: BTreeMap::new(),
             ours: BTreeSet::new(),
+            watches: BTreeMap::new(),
+            met: BTreeSet::new(),
+            shows_publishers: bridge.knows_own(),
         }))
+    }
+
+    /// Whether what is published under the name of a need is heard here: it must not be older than `max_age`. `None`: it is not
+    /// heard.
+    pub(super) fn listen(&mut self, need: &str, max_age: Option<Span>) {
+        let need = key(need);
+        match max_age {
+            Some(max_age) if !self.watches.get(need).is_some_and(|watch| watch.is_of(max_age)) => {
+                self.watches.insert(need.to_owned(), Watch::new(max_age));
+            }
+            Some(_) => {}
+            None => drop(self.watches.remove(need)),
+        }
+    }
+
+    /// Takes in a message that another publisher has sent under the name of a need. Returns whether it is of an instance.
+    pub(super) fn hear(&mut self, need: &str, publisher: Option<PublisherId>, now: Time) -> bool {
+        let need = key(need);
+        let publisher = publisher.map(short);
+        if publisher.is_none() && self.shows_publishers {
+            return false;
+        }
+        let mut others = self.able.get(need).into_iter().flatten().filter(|able| **able != self.instance);
+        let is_able = others.any(|able| publisher.is_none() || mark_of(able) == publisher);
+        if let Some(watch) = self.watches.get_mut(need).filter(|_| is_able) {
+            watch.hear(publisher, now);
+        }
+        publisher.map_or(is_able, |mark| self.met.contains(&mark))
+    }
+
+    /// This instance has a value for a need that it leaves to the owner.
+    pub(super) fn want(&mut self, need: &str, now: Time) {
+        self.watches.get_mut(key(need)).into_iter().for_each(|watch| watch.want(now));
+    }
+
+    /// Whether an instance with this identity has ever held a token.
+    pub(super) fn has_met(&self, publisher: PublisherId) -> bool {
+        self.met.contains(&short(publisher))
+    }
+
+    /// When an owner that is not heard is due to be replaced.
+    pub(super) fn due(&self) -> Option<Time> {
+        let others = self.watches.iter().filter(|(need, _)| !self.ours.contains(*need));
+        others.filter_map(|(_, watch)| watch.due()).min()
     }
 
     /// Whether this instance serves a need; it stays the owner while no instance is able.
@@ -135,31 +196,53 @@ impl Ownership {
     }
 
     /// Takes in instances that came or went; returns whether any did, and the changes of owners.
-    pub(super) fn follow(&mut self) -> (bool, Vec<Handover>) {
+    pub(super) fn follow(&mut self, now: Time) -> (bool, Vec<Handover>) {
         let mut touched = BTreeSet::new();
-        let Ownership { attendances: [settled_now, able_now], settled, able, .. } = self;
+        let Ownership { attendances: [settled_now, able_now], settled, able, met, .. } = self;
         for (attendance, tokens, all) in [(settled_now, SETTLED, settled), (able_now, ABLE, able)] {
             while let Some(presence) = attendance() {
-                touched.extend(take_in(&presence, tokens, all));
+                touched.extend(take_in(&presence, tokens, all, met));
             }
         }
-        (!touched.is_empty(), touched.into_iter().filter_map(|need| self.choose(need)).collect())
+        let is_news = !touched.is_empty();
+        for need in &touched {
+            let able = self.able.get(need);
+            let is_known = |mark| able.into_iter().flatten().any(|able| mark_of(able) == Some(mark));
+            self.watches.get_mut(need).into_iter().for_each(|watch| watch.forget(is_known));
+        }
+        let is_due = |(need, watch): (&String, &mut Watch)| {
+            watch.is_due(self.ours.contains(need), now).then(|| need.clone())
+        };
+        touched.extend(self.watches.iter_mut().filter_map(is_due));
+        (is_news, touched.into_iter().filter_map(|need| self.choose(need, now)).collect())
     }
 
-    fn choose(&mut self, need: String) -> Option<Handover> {
-        let chosen = self.able(&need).first().map(|first| (*first).to_owned())?;
-        let is_ours = chosen == self.instance;
-        match (is_ours, self.ours.contains(&need)) {
-            (true, false) => {
-                self.ours.insert(need.clone());
-                Some(Handover::Taken { need })
-            }
-            (false, true) => {
-                self.ours.remove(&need);
-                Some(Handover::Given { need, to: chosen })
-            }
-            _ => None,
+    /// Where the values of others are heard, the owner by the tokens gets a need that this instance serves when it is heard, and this
+    /// instance takes a need whose owner is not.
+    fn choose(&mut self, need: String, now: Time) -> Option<Handover> {
+        let able = self.able(&need);
+        let first = (*able.first()?).to_owned();
+        let (is_first, is_able) = (first == self.instance, able.contains(&&*self.instance));
+        let is_ours = self.ours.contains(&need);
+        let watch = self.watches.get(&need);
+        let is_heard = |other: &&&str| watch.is_none_or(|watch| watch.hears(mark_of(other), now));
+        let above = able.iter().take_while(|other| **other != self.instance);
+        let heard = above.clone().find(is_heard).map(|other| (*other).to_owned());
+        let unserved = self.watches.get_mut(&need).filter(|_| !is_ours);
+        let is_unserved = unserved.is_some_and(|watch| watch.is_unserved(is_able, now));
+        let handover = match heard {
+            Some(to) if is_ours => Handover::Given { need: need.clone(), to },
+            None | Some(_) if !is_ours && is_first => Handover::Taken { need: need.clone(), unheard: None },
+            None | Some(_) if is_unserved => Handover::Taken { need: need.clone(), unheard: Some(first) },
+            None | Some(_) => return None,
+        };
+        self.watches.get_mut(&need).into_iter().for_each(|watch| watch.change_hands(is_unserved, now));
+        if is_ours {
+            self.ours.remove(&need);
+        } else {
+            self.ours.insert(need);
         }
+        Some(handover)
     }
 }
 
@@ -168,10 +251,12 @@ fn take_in(
     presence: &Presence,
     tokens: &str,
     all: &mut BTreeMap<String, BTreeSet<String>>,
+    met: &mut BTreeSet<u32>,
 ) -> Option<String> {
     let (Presence::Alive(token) | Presence::Gone(token)) = presence;
     let (instance, need) = token.strip_prefix(tokens)?.strip_prefix('/')?.split_once('/')?;
     let holders = all.entry(need.to_owned()).or_default();
+    met.extend(mark_of(instance).filter(|_| met.len() < MET_MAX));
     match presence {
         Presence::Alive(_) => holders.insert(instance.to_owned()),
         Presence::Gone(_) => holders.remove(instance),
@@ -186,7 +271,17 @@ pub(super) fn instance(name: &str, bridge: &dyn Bridge) -> String {
 
 /// The suffix that makes an instance's name unique: a part of its identity on the bus.
 fn mark(publisher: PublisherId) -> String {
-    format!(".{:08x}", publisher.0 & 0xffff_ffff)
+    format!(".{:08x}", short(publisher))
+}
+
+/// The part of an identity that is in an instance's name.
+fn short(publisher: PublisherId) -> u32 {
+    (publisher.0 & 0xffff_ffff) as u32
+}
+
+/// The mark of an instance's name; names come from strangers.
+fn mark_of(instance: &str) -> Option<u32> {
+    u32::from_str_radix(instance.rsplit_once('.')?.1, 16).ok()
 }
 
 /// The part of a token that names the need.

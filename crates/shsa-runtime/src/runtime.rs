@@ -17,6 +17,7 @@ use crate::ownership::Ownership;
 use crate::session::{Questions, Reported, Session};
 use crate::shared_session::SharedSession;
 use crate::shared_verdicts::SharedVerdicts;
+use crate::strangers::Strangers;
 use shsa_bridge::Bridge;
 use shsa_core::time::{Span, Time};
 use std::net::SocketAddr;
@@ -96,7 +97,9 @@ impl Runtime {
         let shared_verdicts = SharedVerdicts::new(&name, bridge.as_ref())?;
         let ownership = Ownership::new(&name, bridge.as_ref())?;
         let output_options = OutputOptions { form, wiring };
-        let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
+        let hears = ownership.is_some();
+        let healer =
+            |model: Model| Healer::new(model, engine, output_options.clone(), hears, bridge.as_mut());
         let mut healers = models.into_iter().map(healer).collect::<Result<Vec<_>, _>>()?;
         for healer in &mut healers {
             healer.isolate(&sandbox, inbox.clone())?;
@@ -134,6 +137,7 @@ impl Runtime {
             rests_until: Time::MIN,
             ownership,
             shared_verdicts,
+            strangers: Strangers::default(),
             federation,
             neighbours,
             connection: Connection::default(),

@@ -19,15 +19,18 @@ use crate::neighbours::Neighbours;
 use crate::ownership::{Handover, Ownership};
 use crate::runtime::Ending;
 use crate::shared_verdicts::SharedVerdicts;
+use crate::strangers::Strangers;
 use crate::wiring::Note;
 use shsa_bridge::{Bridge, Clock, Message, Quality};
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// The number of messages handled in a row; then ticks, requests and reports get their turn.
 const BATCH: usize = 256;
+/// A turn that is so late shows that the process was away: a busy machine delays a thread for less.
+const AWAY: Span = Span::from_millis(1_000);
 
 /// A run under way.
 pub(super) struct Session {
@@ -50,6 +53,8 @@ pub(super) struct Session {
     pub(super) ownership: Option<Ownership>,
     /// The verdicts of other instances; `None` where the bus does not list them.
     pub(super) shared_verdicts: Option<SharedVerdicts>,
+    /// Others that publish under the names of needs.
+    pub(super) strangers: Strangers,
     /// The parts of other instances; `None` where none are joined.
     pub(super) federation: Option<Federation>,
     /// The other instances; `None` where the bus does not list them.
@@ -70,6 +75,7 @@ impl Session {
     /// # Errors
     /// When the bus refuses a model that has just taken over.
     pub(super) fn turn(&mut self) -> Result<Duration, RuntimeError> {
+        self.come_back();
         self.heed()?;
         self.take_back();
         self.send_again();
@@ -84,6 +90,15 @@ impl Session {
         let now = self.now();
         self.rests_until = self.due(now);
         Ok(Duration::from_nanos(u64::try_from((self.rests_until - now).0).unwrap_or(0)))
+    }
+
+    /// An instance that was away knows less than others: what it has not heard may have shown who lies.
+    fn come_back(&mut self) {
+        let now = self.now();
+        if self.rests_until > Time::MIN && now - self.rests_until > AWAY {
+            self.healers.iter_mut().for_each(Healer::unsettle);
+            self.reported.doubt = Time::MIN;
+        }
     }
 
     /// Does the urgent part: takes in waiting messages, and publishes the values that follow from them.
@@ -134,6 +149,7 @@ impl Session {
         for _ in 0..BATCH {
             let Some(mut message) = self.bridge.receive() else { return Ok(()) };
             self.mark(&mut message);
+            self.hear(&message);
             let began = clock.now();
             for healer in &mut self.healers {
                 healer.receive(&message, &clock);
@@ -154,6 +170,24 @@ impl Session {
         };
         if self.healers.iter().any(|healer| healer.takes(&message.topic)) && is_healer() {
             message.quality = Some(Quality::Substitute);
+        }
+    }
+
+    /// Takes in a message under the name of a need: of the instance that serves it, or of a stranger.
+    fn hear(&mut self, message: &Message) {
+        let Session { ownership: Some(ownership), healers, strangers, .. } = self else { return };
+        let topic = &*message.topic;
+        for healer in healers {
+            let Some(need) = healer.heard(topic) else { continue };
+            let is_ours = ownership.is_ours(topic);
+            if !ownership.hear(topic, message.publisher, message.received) {
+                // The owner tells of it.
+                if is_ours || !ownership.is_others(topic) {
+                    strangers.count(topic, message.publisher);
+                }
+            } else if !is_ours {
+                healer.hear(need, message.received);
+            }
         }
     }
 
@@ -188,10 +222,13 @@ impl Session {
                     Effect::Served(publication) => {
                         let is_ours =
                             |need: &str| ownership.as_ref().is_none_or(|ownership| ownership.is_ours(need));
-                        let time = publication.time;
+                        let (time, need) = (publication.time, publication.need);
                         let Served { is_news, failed } = healer.serve(publication, is_ours, bridge.as_mut());
                         if is_news {
                             reported.doubt = Time::MIN;
+                        }
+                        if let (Some(ownership), Some(name)) = (ownership.as_mut(), healer.left(need)) {
+                            ownership.want(name, bridge.inbox().clock().now());
                         }
                         if failed.is_empty() {
                             figures.served(bridge.inbox().clock().now() - time);
@@ -260,10 +297,11 @@ impl Session {
     /// Tells other instances which needs this one can serve, and takes in theirs.
     fn share(&mut self, now: Time) {
         let Session { ownership: Some(ownership), healers, bridge, log, reported, .. } = self else { return };
-        let (is_news, handovers) = ownership.follow();
+        let (is_news, handovers) = ownership.follow(now);
         if is_news || now >= reported.doubt {
             reported.doubt = Time::MIN;
-            for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
+            for (listened, outlet) in healers.iter().flat_map(Healer::listened) {
+                ownership.listen(outlet.topic(), listened);
                 if let Err(error) = ownership.announce(outlet.topic(), outlet.ability(now), bridge.as_ref()) {
                     log.undelivered(outlet.topic(), &error, bridge.as_mut());
                 }
@@ -280,8 +318,15 @@ impl Session {
         }
         for handover in handovers {
             let (kind, because) = match handover {
-                Handover::Taken { need } => {
+                Handover::Taken { need, unheard: None } => {
                     ("responsible", format!("{need} is served by this instance from now on"))
+                }
+                Handover::Taken { need, unheard: Some(other) } => {
+                    let because = "of which no value has arrived here for the age that the need allows";
+                    (
+                        "responsible",
+                        format!("{need} is served by this instance from now on, not by {other}, {because}"),
+                    )
                 }
                 Handover::Given { need, to } => ("released", format!("{need} is served by {to} from now on")),
             };
@@ -333,6 +378,7 @@ impl Session {
     fn due(&self, now: Time) -> Time {
         let dues = self.healers.iter().filter_map(Healer::due);
         let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));
+        let dues = dues.chain(self.ownership.as_ref().and_then(Ownership::due));
         dues.chain(self.until).chain(self.requests.due(now)).fold(self.reported.next, Time::min)
     }
 }

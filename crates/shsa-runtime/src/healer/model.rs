@@ -4,6 +4,7 @@ use super::Healer;
 use crate::bindings::Bindings;
 use crate::error::RuntimeError;
 use crate::execution::Execution;
+use crate::inputs::Inputs;
 use crate::outlet::Outlet;
 use crate::wiring::Takeover;
 use shsa_bridge::{Bridge, BridgeError, Offered};
@@ -41,7 +42,9 @@ impl Healer {
         };
         let bindings = self.bindings(knowledge, serving).or_else(|_| self.bindings(knowledge, |_| None))?;
         let Bindings { inputs, outlets, takeovers, carriers } = bindings;
-        let subscribed = inputs.topics().map(|topic| (topic.clone(), bridge.subscribe(topic, None)));
+        self.heard = heard(&outlets, &inputs).filter(|_| self.hears).collect();
+        let names = inputs.topics().cloned().chain(self.heard.keys().map(|name| Arc::from(&**name)));
+        let subscribed = names.map(|topic: Arc<str>| (topic.clone(), bridge.subscribe(&topic, None)));
         let refused = subscribed.filter_map(|(topic, done)| Some((topic, done.err()?))).collect();
         let before = std::mem::take(&mut self.outlets);
         for outlet in outlets.iter() {
@@ -156,4 +159,12 @@ fn lost(before: &KnowledgeBase, after: &KnowledgeBase) -> Vec<String> {
     let names: BTreeSet<&str> = after.needs().iter().map(|need| &*need.signal).collect();
     let needs = before.needs().iter().filter(|need| !names.contains(&*need.signal));
     needs.map(|need| need.signal.clone()).collect()
+}
+
+/// The needs by their names, without those under whose name a source publishes.
+fn heard(outlets: &IdVec<NeedId, Outlet>, inputs: &Inputs) -> impl Iterator<Item = (String, NeedId)> {
+    let plain = |name: &str| name.trim_matches('/').to_owned();
+    let sources: BTreeSet<String> = inputs.topics().map(|topic| plain(topic)).collect();
+    let needs = outlets.enumerate().map(|(id, outlet)| (outlet.topic().to_owned(), id));
+    needs.filter(move |(topic, _)| !sources.contains(&plain(topic)))
 }

@@ -11,6 +11,7 @@ use shsa_core::engine::{self, NeedAssurance, NeedStatus, Order, Publication, Sub
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use shsa_core::trust::Verdict;
 use shsa_format::event;
 
@@ -64,13 +65,42 @@ impl Healer {
         let failed = if is_fresh && is_ours {
             self.send(&publication, None, bridge)
         } else {
-            self.outlets[publication.need].leave();
+            // What is heard of the owner tells when the last value went out.
+            let is_heard = !is_ours && self.heard.contains_key(self.outlets[publication.need].topic());
+            Some(&mut self.outlets[publication.need]).filter(|_| !is_heard).map(Outlet::leave);
             Vec::new()
         };
         let outlet = &mut self.outlets[publication.need];
         let after = standing(outlet);
         outlet.keep(publication.value);
         Served { is_news: after != before, failed }
+    }
+
+    /// The need that has this name, if what others publish under it is heard.
+    pub(in super::super) fn heard(&self, topic: &str) -> Option<NeedId> {
+        self.heard.get(topic).copied()
+    }
+
+    /// Every need, with the age that it allows where what others publish under its name is heard.
+    pub(in super::super) fn listened(&self) -> impl Iterator<Item = (Option<Span>, &Outlet)> {
+        let age = |outlet: &Outlet| self.heard.get(outlet.topic()).map(|_| outlet.max_age());
+        self.outlets.iter().map(move |outlet| (age(outlet), outlet))
+    }
+
+    /// The name of a need whose last value was sound and is left to another instance.
+    pub(in super::super) fn left(&self, need: NeedId) -> Option<&str> {
+        let is_left = self.withheld[need].is_some() && self.outlets[need].can_send();
+        is_left.then(|| self.outlets[need].topic())
+    }
+
+    /// A value of another instance has arrived under the name of a need.
+    pub(in super::super) fn hear(&mut self, need: NeedId, now: Time) {
+        self.outlets[need].hear(now);
+    }
+
+    /// This process was away.
+    pub(in super::super) fn unsettle(&mut self) {
+        self.outlets.iter_mut().for_each(Outlet::unsettle);
     }
 
     /// Sends a value under all names of its need, or only under `only`; returns the failures.

@@ -67,6 +67,7 @@ impl Session {
         self.report_absence(now);
         self.report_backlogs(now);
         self.report_losses(now);
+        self.report_strangers(now);
         self.report_missing(now);
         self.report_compared(now);
         self.report_diagnostics(now);
@@ -107,6 +108,14 @@ impl Session {
     fn report_backlogs(&mut self, now: Time) {
         for because in self.healers.iter_mut().flat_map(|healer| healer.backlogs(now)) {
             self.log.noted(now, "backlog", &because, self.bridge.as_mut());
+        }
+    }
+
+    fn report_strangers(&mut self, now: Time) {
+        let is_instance =
+            |publisher| self.ownership.as_ref().is_some_and(|ownership| ownership.has_met(publisher));
+        for because in self.strangers.notes(is_instance, now) {
+            self.log.noted(now, "stranger", &because, self.bridge.as_mut());
         }
     }
 

@@ -215,6 +215,7 @@ impl Session {
             "dropped": Value::Object(losses.collect()),
             "unwritten_lines": self.log.unwritten(),
             "undelivered": self.log.not_taken().json(),
+            "strangers": self.strangers.json(),
             "requests": self.tally.counts().into_iter().collect::<BTreeMap<_, _>>(),
             "figures": self.figures.json(),
         })
