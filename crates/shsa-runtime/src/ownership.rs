@@ -40,6 +40,8 @@ pub(super) struct Ownership {
     ours: BTreeSet<String>,
     /// What is heard under the names of needs, where this instance hears it.
     watches: BTreeMap<String, Watch>,
+    /// Whether another instance was heard under the name of a need that this one serves, since [`Ownership::follow`].
+    has_news: bool,
     /// The marks of all instances that have held a token: their last values may arrive after they are gone.
     met: BTreeSet<u32>,
     /// Whether the middleware shows who publishes.
@@ -91,6 +93,7 @@ impl Ownership {
             tokens: BTreeMap::new(),
             ours: BTreeSet::new(),
             watches: BTreeMap::new(),
+            has_news: false,
             met: BTreeSet::new(),
             shows_publishers: bridge.knows_own(),
         }))
@@ -120,6 +123,7 @@ impl Ownership {
         let is_able = others.any(|able| publisher.is_none() || mark_of(able) == publisher);
         if let Some(watch) = self.watches.get_mut(need).filter(|_| is_able) {
             watch.hear(publisher, now);
+            self.has_news |= self.ours.contains(need);
         }
         publisher.map_or(is_able, |mark| self.met.contains(&mark))
     }
@@ -132,6 +136,11 @@ impl Ownership {
     /// Whether an instance with this identity has ever held a token.
     pub(super) fn has_met(&self, publisher: PublisherId) -> bool {
         self.met.contains(&short(publisher))
+    }
+
+    /// Whether another instance is heard beside this one, so that the owner has to be chosen now.
+    pub(super) fn has_news(&self) -> bool {
+        self.has_news
     }
 
     /// When an owner that is not heard is due to be replaced.
@@ -197,6 +206,7 @@ impl Ownership {
 
     /// Takes in instances that came or went; returns whether any did, and the changes of owners.
     pub(super) fn follow(&mut self, now: Time) -> (bool, Vec<Handover>) {
+        self.has_news = false;
         let mut touched = BTreeSet::new();
         let Ownership { attendances: [settled_now, able_now], settled, able, met, .. } = self;
         for (attendance, tokens, all) in [(settled_now, SETTLED, settled), (able_now, ABLE, able)] {

@@ -118,7 +118,8 @@ impl Session {
     /// nothing is due earlier.
     pub(super) fn may_rest(&self) -> bool {
         let now = self.now();
-        let is_quiet = self.bridge.inbox().is_empty() && now < self.reported.doubt;
+        let is_alone = !self.ownership.as_ref().is_some_and(Ownership::has_news);
+        let is_quiet = is_alone && self.bridge.inbox().is_empty() && now < self.reported.doubt;
         is_quiet && !self.healers.iter().any(Healer::takes_over) && self.rests_until <= self.due(now)
     }
 

@@ -99,9 +99,10 @@ impl StateFile {
 
 /// The state in a file; `None` if there is no file.
 fn read(path: &Path) -> Result<Option<Snapshot>, String> {
+    use io::ErrorKind::{NotADirectory, NotFound};
     match fs::read_to_string(path) {
         Ok(text) => read_state(&text).map(Some).map_err(|error| error.to_string()),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) if matches!(error.kind(), NotFound | NotADirectory) => Ok(None),
         Err(error) => Err(error.to_string()),
     }
 }

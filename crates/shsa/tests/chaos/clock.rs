@@ -32,13 +32,7 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     let _turn = alone();
     let (broker, folder) = (Broker::start(&[]), Folder::new());
     let offset = folder.path("offset");
-    fs::write(&offset, "+0").unwrap();
-    let settings = [
-        format!("LD_PRELOAD={library}"),
-        format!("FAKETIME_TIMESTAMP_FILE={}", offset.display()),
-        "FAKETIME_DONT_FAKE_MONOTONIC=1".to_owned(),
-        "FAKETIME_NO_CACHE=1".to_owned(),
-    ];
+    let settings = settings(&library, &offset);
     let env: Vec<&str> = ["env"].into_iter().chain(settings.iter().map(String::as_str)).collect();
     let python = under(&folder, "python", &env, &python);
     let (model, address) = (model(&folder), format!("mqtt://127.0.0.1:{}", broker.port()));
@@ -89,6 +83,46 @@ fn a_step_of_the_wall_clock_is_no_fault() {
         shown(gap),
         strange.len(),
     ));
+}
+
+/// The clock of the instance is set, as after a boot without a network, and those of the sensors are not.
+#[test]
+fn a_step_of_the_own_clock_alone_accuses_nobody() {
+    let Some(python) = real::python() else { return };
+    let Some(library) = library() else {
+        return SCENARIO.skipped("libfaketime is absent; `cargo xtask test` installs it");
+    };
+    let _turn = alone();
+    let (broker, folder) = (Broker::start(&[]), Folder::new());
+    let offset = folder.path("offset");
+    let settings = settings(&library, &offset);
+    let env: Vec<&str> = ["env"].into_iter().chain(settings.iter().map(String::as_str)).collect();
+    let (model, address) = (model(&folder), format!("mqtt://127.0.0.1:{}", broker.port()));
+    let run = Running::start_under(&env, [&*model, "--bus", &address]);
+    let mut plant = Plant::start(&python, "mqtt", broker.port(), &WHEELS);
+    settle(&run, &mut plant);
+    run.decisions();
+    for step in ["+3", "-3"] {
+        let before = plant.now();
+        set(&offset, step);
+        run.decision("clock");
+        // Stamps of before the step may be on their way for two seconds.
+        plant.first(before + 4.0, "a value after the step", |seen| seen.error() < 1.5);
+    }
+    let mut decisions = run.decisions();
+    decisions.retain(|decision| !is_of_silence(decision));
+    assert_eq!(kinds_of(&decisions), [""; 0], "{decisions:?}");
+}
+
+/// The environment in which the file has the wall clock's offset.
+fn settings(library: &str, offset: &Path) -> [String; 4] {
+    fs::write(offset, "+0").unwrap();
+    [
+        format!("LD_PRELOAD={library}"),
+        format!("FAKETIME_TIMESTAMP_FILE={}", offset.display()),
+        "FAKETIME_DONT_FAKE_MONOTONIC=1".to_owned(),
+        "FAKETIME_NO_CACHE=1".to_owned(),
+    ]
 }
 
 /// Whether a decision reports that a sensor became silent, published again, or was replaced meanwhile; or that all sensors were

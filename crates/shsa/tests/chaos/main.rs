@@ -30,4 +30,5 @@ mod full_disk;
 mod one_by_one;
 mod twins;
 mod newcomer;
+mod hung;
 mod sequences;
