@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_step_of_ours_moves_no_stamp_of_another_machine() {
-        for step in [3_000, -3_000, 100, 3_600_000, -3_600_000] {
+        for step in [3_000_i64, -3_000, 100, 3_600_000, -3_600_000] {
             for (age, period) in [(5, 100), (40, 20), (300, 5_000)] {
                 if step.abs() > 2 * age {
                     assert_eq!(errors(step, age, period, None), (0, 0), "{step} {age}");
