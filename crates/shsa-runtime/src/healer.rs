@@ -1,20 +1,22 @@
 //! One engine on a bus: turns messages into observations, and publications into messages.
 
 mod model;
-mod files;
 mod serving;
 
 pub(super) use serving::{ReportedState, Served};
 
 use super::bindings::{Carriers, OutputOptions};
 use super::execution::Execution;
+use super::files::Files;
 use super::held_back::HeldBack;
 use super::input_log::InputLog;
 use super::inputs::Inputs;
+use super::journal::{Bounds, Missing};
 use super::options::Model;
 use super::outlet::Outlet;
+use super::recording::{Recording, RunRecorder};
 use super::sandbox::{Consequences, SandboxOptions, Workers};
-use super::state_file::StateFile;
+use super::state_file::Earlier;
 use super::undelivered::Backlog;
 use super::wiring::{Patterns, Takeover};
 use crate::error::{Context, RuntimeError};
@@ -31,7 +33,7 @@ use shsa_format::words;
 use shsa_model::live::Live;
 use std::collections::VecDeque;
 use std::collections::{BTreeMap, VecDeque};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// An output of a healer since the last poll.
@@ -57,11 +59,8 @@ pub(super) struct Healer {
     reported_model: KnowledgeBase,
     inputs: Inputs,
     output_options: OutputOptions,
-    input_log: InputLog,
-    state_file: Option<StateFile>,
+    files: Files,
     patterns: Option<Patterns>,
-    /// Whether a decision has not been saved yet.
-    has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
     /// Values to be sent again.
     backlog: Backlog,
@@ -110,10 +109,8 @@ impl Healer {
             reported_model: knowledge,
             inputs: Inputs::default(),
             output_options,
-            input_log: InputLog::default(),
-            state_file: None,
+            files: Files::default(),
             patterns: None,
-            has_decided: false,
             outlets: IdVec::new(),
             backlog: Backlog::default(),
             withheld: IdVec::new(),
@@ -144,6 +141,66 @@ impl Healer {
         Ok(())
     }
 
+    /// Writes every input to a journal from now on. A disk that refuses is told, and the run goes on without.
+    ///
+    /// # Errors
+    /// When there can be no thread.
+    pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> Result<(), RuntimeError> {
+        let knowledge = self.engine.knowledge();
+        let refused = self.files.keep_journal(folder, &self.name, bounds, knowledge)?;
+        self.notes.extend(refused.map(|because| ("degraded", because)));
+        Ok(())
+    }
+
+    /// Has every input recorded from now on.
+    ///
+    /// # Errors
+    /// When there can be no thread.
+    pub(super) fn keep_record(&mut self, recorder: Box<dyn RunRecorder>) -> Result<(), RuntimeError> {
+        let recording = Recording::begin(recorder);
+        self.files.input_log.recording = Some(recording.context("starting a recorder")?);
+        Ok(())
+    }
+
+    /// Restores the state of an earlier run, if there is one, and saves the state from now on. What cannot be read or saved is told,
+    /// and the run goes on without.
+    ///
+    /// # Errors
+    /// When there can be no thread.
+    pub(super) fn keep_state(&mut self, folder: &Path, now: Time) -> Result<(), RuntimeError> {
+        let Earlier { snapshot, degraded } = self.files.keep_state(folder, &self.name)?;
+        self.patterns = Some(Patterns::open(folder, &self.name));
+        if let Some(snapshot) = snapshot {
+            self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
+        }
+        self.remember_all();
+        let words =
+            |it: &Missing| format!("the state is not saved in {} yet: {}", folder.display(), it.because);
+        let unsaved = self.files.unsaved().map(words);
+        self.notes.extend(degraded.into_iter().chain(unsaved).map(|because| ("degraded", because)));
+        Ok(())
+    }
+
+    pub(super) fn files(&self) -> &Files {
+        &self.files
+    }
+
+    /// Saves the state if a decision has changed it, or if the last attempt has failed.
+    pub(super) fn remember(&mut self) {
+        self.files.remember(&self.engine);
+    }
+
+    /// Saves the state again if its file was removed.
+    pub(super) fn look_after_state(&mut self) {
+        self.files.look_after_state();
+    }
+
+    /// Saves the state at the end of the run.
+    pub(super) fn remember_all(&mut self) {
+        self.files.decided();
+        self.remember();
+    }
+
     /// Restores a part of another instance's state: what was computed without it goes nowhere.
     pub(super) fn restore(&mut self, snapshot: Snapshot, now: Time) {
         self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
@@ -171,7 +228,7 @@ impl Healer {
     /// Takes in a message about any of its signals.
     pub(super) fn receive(&mut self, message: &Message, clock: &Clock) {
         self.takeovers.iter_mut().for_each(|takeover| takeover.note_message(message));
-        let Healer { engine, input_log, work, observed, .. } = self;
+        let Healer { engine, files: Files { input_log, .. }, work, observed, .. } = self;
         observed.clear();
         self.inputs.read(message, clock, |observation| {
             if !matches!(observation.value, RawValue::Number(value) if value.is_nan()) {
@@ -204,9 +261,9 @@ impl Healer {
 
     /// Advances the time, and collects the results.
     pub(super) fn pass(&mut self, now: Time) {
-        tick(&mut self.engine, &mut self.input_log, &mut self.work, Ticks::up_to(now));
+        tick(&mut self.engine, &mut self.files.input_log, &mut self.work, Ticks::up_to(now));
         self.supervise(now);
-        self.input_log.hand_over();
+        self.files.input_log.hand_over();
     }
 
     /// Supervises the processes, and takes in their reports.
@@ -240,7 +297,7 @@ impl Healer {
     }
 
     fn give(&mut self, input: Input) {
-        self.work = give(&mut self.engine, &mut self.input_log, input);
+        self.work = give(&mut self.engine, &mut self.files.input_log, input);
     }
 
     /// Carries out an operator's order.
@@ -253,7 +310,7 @@ impl Healer {
             return Ok(());
         }
         self.engine.order(order, now).map_err(|refusal| words::refusal(&refusal))?;
-        self.input_log.record(Given::Input(&Input::Order { time: now, order: order.clone() }));
+        self.files.input_log.record(Given::Input(&Input::Order { time: now, order: order.clone() }));
         Ok(())
     }
 
@@ -277,7 +334,7 @@ impl Healer {
                 }
                 Output::Event(event) => {
                     self.follow(&event);
-                    self.has_decided = true;
+                    self.files.decided();
                     return Ok(Some(Effect::Decided(event)));
                 }
                 Output::Publication(publication) => {

@@ -33,6 +33,7 @@ mod journal;
 mod recording;
 mod input_log;
 mod state_file;
+mod files;
 mod sandbox;
 mod options;
 mod healer;

@@ -1,10 +1,11 @@
 //! The outlet of a need: publishes its values with their provenance.
 
+mod status;
+
 use super::message_template::{MessageTemplate, raw};
 use super::ownership::Ability;
 use super::undelivered::Refusal;
 use crate::error::RuntimeError;
-use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
 use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Offered, Outgoing, Payload, Provenance, Quality};
 use shsa_core::assurance::{Admitted, Ground};
@@ -391,26 +392,5 @@ impl Outlet {
     /// How old a value may grow.
     pub(super) fn max_age(&self) -> Span {
         self.max_age
-    }
-
-    /// The words of the status topic.
-    pub(super) fn status(&self, now: Time, clock: &Clock) -> Value {
-        let quality = self.quality(now);
-        let mut status = json!({
-            "variable": self.variable,
-            "signal": self.topic,
-            "quality": quality.name(),
-            "status": quality.code(),
-            "source": (quality != Quality::Bad).then_some(&self.provenance.source),
-            "last_ns": self.last.map(|last| clock.by_wall(last).0),
-            "unwritten": self.unwritten,
-        });
-        if let (Some(admission), Some(status)) = (&self.provenance.admission, status.as_object_mut()) {
-            let now = self.admitted(now).map(|_| admission);
-            status.insert("admitted".to_owned(), json!(now.map(|it| it.ground.name())));
-            status.insert("level".to_owned(), json!(now.and_then(|it| it.level.as_deref())));
-            status.insert("rank".to_owned(), json!(now.map_or(0, |it| it.rank)));
-        }
-        status
     }
 }

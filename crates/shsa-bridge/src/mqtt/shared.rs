@@ -16,6 +16,7 @@ use crate::clock::Uptime;
 use crate::{BridgeError, Inbox, Link, Message, Outage, Payload, PublisherId, Quality};
 use bytes::Bytes;
 use leaving::Leaving;
+use presence::Corrections;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
@@ -76,11 +77,7 @@ struct State {
     unacknowledged: BTreeMap<u16, Arc<str>>,
     unasked: Unasked,
     echo: Echo,
-    /// Whether the status that this client is here has come back from the broker since it is connected.
-    is_known_here: bool,
-    /// When a forged status was corrected, and whether another correction is due.
-    corrected: Option<Uptime>,
-    is_correction_due: bool,
+    corrections: Corrections,
     /// The askers that wait for answers, in order, by the topic of the answers.
     asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
     /// How often in a row messages of a topic were unfinished when a connection broke.
@@ -121,9 +118,7 @@ impl Shared {
             unacknowledged: BTreeMap::new(),
             unasked: Unasked::default(),
             echo: Echo::default(),
-            is_known_here: false,
-            corrected: None,
-            is_correction_due: false,
+            corrections: Corrections::default(),
             asking: BTreeMap::new(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
@@ -259,7 +254,7 @@ impl Shared {
         state.leaving.clear();
         state.unacknowledged.clear();
         state.unasked.connected();
-        state.is_known_here = false;
+        state.corrections.is_known_here = false;
         state.requests.clear();
         self.begin_profile(&mut state);
         let all: Vec<String> = match state.wants_everything {
@@ -352,10 +347,7 @@ impl Shared {
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
             return self.lock().trouble(BridgeError::Refused(text));
         }
-        let is_claim = self.claims.receive(&topic, &payload, retained);
-        if is_claim {
-            self.hear_of_itself(&topic, &payload);
-        }
+        let is_claim = self.hear_of_clients(&topic, &payload, retained);
         let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
         let publisher =
             property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);

@@ -147,7 +147,7 @@ impl Healer {
         self.bindings(live.knowledge(), |_| None).map_err(|error| error.chain())?;
         let change = Some((name.to_owned(), text.to_owned()));
         let era = Era { from: now, knowledge: live.knowledge().clone(), change, inputs: Vec::new() };
-        self.input_log.record(Given::Era(&era));
+        self.files.input_log.record(Given::Era(&era));
         self.engine.reload(era.knowledge, now);
         self.live = live;
         Ok(lost)

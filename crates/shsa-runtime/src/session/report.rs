@@ -133,7 +133,7 @@ impl Session {
 
     fn report_missing(&mut self, now: Time) {
         self.healers.iter_mut().for_each(Healer::look_after_state);
-        let waiting = self.healers.iter().filter_map(Healer::waiting).next();
+        let waiting = self.healers.iter().find_map(|healer| healer.files().waiting());
         if std::mem::replace(&mut self.reported.waits, waiting.is_some()) != waiting.is_some() {
             let because = match waiting {
                 Some(Missing { because, .. }) => {
@@ -143,7 +143,7 @@ impl Session {
             };
             self.log.noted(now, "disk", &because, self.bridge.as_mut());
         }
-        let missing: Vec<Missing> = self.healers.iter().flat_map(Healer::missing).collect();
+        let missing: Vec<Missing> = self.healers.iter().flat_map(|healer| healer.files().missing()).collect();
         self.reported.missing.resize(missing.len(), 0);
         for (at, Missing { inputs, because, .. }) in missing.into_iter().enumerate() {
             let known = std::mem::replace(&mut self.reported.missing[at], inputs);

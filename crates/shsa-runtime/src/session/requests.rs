@@ -152,7 +152,7 @@ impl Session {
         json!({
             "ok": all_served && connected,
             "connected": connected,
-            "degraded": self.healers.iter().flat_map(Healer::degraded).collect::<Vec<_>>(),
+            "degraded": self.healers.iter().flat_map(|healer| healer.files().degraded()).collect::<Vec<_>>(),
             "needs": Value::Object(needs.chain(taken).collect()),
         })
     }

@@ -12,6 +12,16 @@ use bytes::Bytes;
 /// So many bytes of a forged text are shown.
 const SHOWN: usize = 40;
 
+/// What is done against forged words about this client.
+#[derive(Debug, Default)]
+pub(super) struct Corrections {
+    /// Whether the status that this client is here has come back from the broker since it is connected.
+    pub(super) is_known_here: bool,
+    /// When something forged was corrected, and whether another correction is due.
+    last: Option<Uptime>,
+    is_due: bool,
+}
+
 impl Shared {
     /// The will of the next connection.
     pub(in crate::mqtt) fn will(&self) -> Option<Will> {
@@ -38,7 +48,7 @@ impl Shared {
     /// Publishes the own claims again.
     pub(in crate::mqtt) fn renew_claims(&self) {
         self.claims.renew();
-        let is_due = std::mem::take(&mut self.lock().is_correction_due);
+        let is_due = std::mem::take(&mut self.lock().corrections.is_due);
         if is_due {
             self.publish_here(&mut self.lock());
         }
@@ -60,10 +70,19 @@ impl Shared {
         self.publish_claims(state);
     }
 
+    /// Takes in a message; returns whether it is about the claims or the presence of a client.
+    pub(super) fn hear_of_clients(&self, topic: &str, words: &[u8], retained: bool) -> bool {
+        let is_claim = self.claims.receive(topic, words, retained);
+        if is_claim {
+            self.hear_of_itself(topic, words);
+        }
+        is_claim
+    }
+
     /// Takes in a message about this client: its status or its claims. While it is connected, only a stranger publishes others than its
     /// own; the will of an earlier connection comes before the first word of this one. They are corrected at once, and then not more
     /// often than they are renewed, as two clients may have the same name.
-    pub(super) fn hear_of_itself(&self, topic: &str, words: &[u8]) {
+    fn hear_of_itself(&self, topic: &str, words: &[u8]) {
         let presence = self.presence.as_ref().filter(|presence| presence.topic == topic);
         let is_here = presence.is_some_and(|presence| *words == *presence.here);
         let is_forged = self.claims.is_forged(topic, words);
@@ -71,8 +90,8 @@ impl Shared {
             return;
         }
         let mut state = self.lock();
-        state.is_known_here |= is_here;
-        let is_denied = presence.is_some() && !is_here && state.is_known_here;
+        state.corrections.is_known_here |= is_here;
+        let is_denied = presence.is_some() && !is_here && state.corrections.is_known_here;
         if !(is_forged || is_denied) || state.sender.is_none() || state.stopping {
             return;
         }
@@ -81,11 +100,11 @@ impl Shared {
             "somebody else has published {shown:?} on `{topic}`, which is for this client alone; it is corrected"
         )));
         let now = Uptime::now();
-        if state.corrected.is_some_and(|at| now.saturating_duration_since(at) < RENEWED) {
-            state.is_correction_due = true;
+        if state.corrections.last.is_some_and(|at| now.saturating_duration_since(at) < RENEWED) {
+            state.corrections.is_due = true;
             return;
         }
-        state.corrected = Some(now);
+        state.corrections.last = Some(now);
         self.publish_here(&mut state);
         state.pump(self.profile.as_deref());
     }
