@@ -31,7 +31,6 @@ use shsa_core::trust::Verdict;
 use shsa_format::drive::Given;
 use shsa_format::words;
 use shsa_model::live::Live;
-use std::collections::VecDeque;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -10,7 +10,6 @@ use shsa_core::assurance::{self, Admitted, Lacking};
 use shsa_core::engine::{self, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::monitor::Symptom;
-use shsa_core::time::Time;
 use shsa_core::time::{Span, Time};
 use shsa_core::trust::Verdict;
 use shsa_format::event;
