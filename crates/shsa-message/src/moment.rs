@@ -73,7 +73,7 @@ impl Moment {
     }
 }
 
-/// A date and a time of day, with or without a zone; a date alone is its first moment. `None` for other texts.
+/// A date and a time of day, with or without a zone; a date or a month alone is its first moment. `None` for other texts.
 #[must_use]
 pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let text = text.trim();
@@ -197,7 +197,12 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
     let (first, second, third) = match text.bytes().find(|byte| !byte.is_ascii_digit()) {
         Some(between @ (b'-' | b'/' | b'.')) => {
             let (first, rest) = cut(text, |byte| byte == between)?;
-            let (second, third) = cut(rest, |byte| byte == between)?;
+            // A month alone is its first day; two numbers with a point are one.
+            let is_month = order == DateOrder::YearMonthDay && first.len() == 4 && between != b'.';
+            let (second, third) = match cut(rest, |byte| byte == between) {
+                None if is_month => (rest, "1"),
+                parts => parts?,
+            };
             (first, second, third)
         }
         None if text.len() == 8 && order == DateOrder::YearMonthDay => {

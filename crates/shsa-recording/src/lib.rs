@@ -62,6 +62,7 @@ use shsa_core::time::{Span, Time};
 use shsa_message::moment::DateOrder;
 use shsa_message::zone::Zone;
 
+pub use can::CAN_FRAME;
 use clock::Stored;
 pub use content::{FieldInfo, FileInfo, TopicInfo};
 pub use cut::{Cuts, Parting, Stretch, moment};

@@ -36,6 +36,8 @@ fn moments_are_written_in_many_ways() {
     check("2018-Apr-08T10:31:37Z", YearMonthDay, Some((THEN, true)));
     check("08-Oct-2018 10:31:37", DayMonthYear, Some((THEN + 183 * 24 * HOUR, false)));
     check("2018-04-08", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
+    check("2018-04", YearMonthDay, Some((THEN - 37_897 * SECOND - 7 * 24 * HOUR, false)));
+    check("2018/4", YearMonthDay, Some((THEN - 37_897 * SECOND - 7 * 24 * HOUR, false)));
     check("2018-04-07 24:00", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
     let zone: Zone = "+02:00".parse().unwrap();
     let of_place = moment("2018-04-08 12:31:37", YearMonthDay, &zone).unwrap();
@@ -51,6 +53,9 @@ fn what_is_no_moment_is_none() {
         "5",
         "1.5",
         "2018",
+        "2018.04",
+        "2018-13",
+        "18-04",
         "2018-02-30",
         "2018-13-01 10:00",
         "2018-04-08 25:00",

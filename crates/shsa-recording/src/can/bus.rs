@@ -14,6 +14,9 @@ use std::path::Path;
 /// The most identifiers, counted for each channel; frames of further ones are only counted.
 const TOPICS_MAX: usize = 1 << 13;
 
+/// The type of the messages of frames that no database describes.
+pub const FRAME: &str = "CAN frame";
+
 /// The longest chain of signals that select others.
 const SELECTORS_MAX: usize = 8;
 
@@ -135,7 +138,7 @@ fn report_topic(frame: &Frame<'_>, found: Option<(u32, &Message)>, listener: &mu
         let name = format!("0x{id:X}");
         let tags = [("channel", frame.channel)];
         let fields = Fields::named([Field::new("data")]);
-        return listener.topic(Topic { tags: &tags, ..Topic::new(&name, "CAN frame", fields) });
+        return listener.topic(Topic { tags: &tags, ..Topic::new(&name, FRAME, fields) });
     };
     let field = |signal: &Signal| {
         let unit = (!signal.unit.is_empty()).then(|| signal.unit.clone());

@@ -11,6 +11,7 @@ pub(super) mod candump;
 pub(super) mod asc;
 pub(super) mod blf;
 
+pub use bus::FRAME as CAN_FRAME;
 pub(super) use bus::{Bus, Frame};
 pub(super) use dbc::EXTENDED;
 

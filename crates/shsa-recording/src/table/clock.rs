@@ -74,7 +74,7 @@ pub(crate) fn find(layout: &Layout, rows: &Cells<'_>, options: &ReadOptions) -> 
     of_column(layout, rows, *column, options)
 }
 
-/// The columns that may be the time: by their names, then by dates with times of day, then by the letter `t` alone.
+/// The columns that may be the time: by their names, then by dates with times of day, by dates, then by the letter `t` alone.
 fn candidates(layout: &Layout, rows: &Cells<'_>) -> Vec<usize> {
     let is_other = |column: &usize| layout.unit(*column).is_some_and(|unit| stamp::is_no_time(&unit));
     let named = stamp::time_columns(&layout.headers).into_iter().filter(|column| !is_other(column));
@@ -83,12 +83,16 @@ fn candidates(layout: &Layout, rows: &Cells<'_>) -> Vec<usize> {
         !has_unit && layout.headers.get(*column).is_some_and(|header| stamp::is_letter(header))
     };
     let (letters, named): (Vec<usize>, Vec<usize>) = named.partition(is_letter);
-    let is_moment = |column: &usize| {
+    let are_dates = |column: &usize| {
         let mut cells = rows.iter().take(3).filter_map(|row| row.get(*column)).peekable();
-        cells.peek().is_some() && cells.all(|cell| cell.contains(':') && order_of(&[cell], None).is_some())
+        cells.peek().is_some() && cells.all(|cell| !is_number(cell) && order_of(&[cell], None).is_some())
     };
-    let moments = (0..layout.headers.len()).filter(|column| !named.contains(column)).filter(is_moment);
-    named.iter().copied().chain(moments).chain(letters).collect()
+    let has_clock = |column: &usize| {
+        rows.iter().take(3).all(|row| row.get(*column).is_some_and(|cell| cell.contains(':')))
+    };
+    let unnamed = (0..layout.headers.len()).filter(|column| !named.contains(column)).filter(are_dates);
+    let (moments, days): (Vec<usize>, Vec<usize>) = unnamed.partition(has_clock);
+    named.iter().copied().chain(moments).chain(days).chain(letters).collect()
 }
 
 fn of_column(

@@ -60,7 +60,10 @@ pub(super) fn read(
             Some(found.clock)
         }
         Err(problem) if listener.needs_time(topic) => {
-            return Err(RecordingError::NoTime { file, problem, columns: layout.headers });
+            return Err(match lacks_names(&layout) {
+                true => RecordingError::NoHeader { file },
+                false => RecordingError::NoTime { file, problem, columns: layout.headers },
+            });
         }
         Err(problem) => {
             listener.untimed(topic, problem);
@@ -146,6 +149,11 @@ fn expect_names(layout: &Layout, file: &Path) -> Result<(), RecordingError> {
         return Err(RecordingError::TooWide { file: file.into(), most: COLUMNS_MAX });
     }
     Ok(())
+}
+
+/// Whether most names of a table without a time are numbers: a row in the place of the names.
+fn lacks_names(layout: &Layout) -> bool {
+    2 * layout.headers.iter().filter(|header| layout::is_number(header)).count() > layout.headers.len()
 }
 
 /// The cells of the first rows.

@@ -106,6 +106,31 @@ fn one_file_tells_the_order_of_the_dates_of_all() {
 }
 
 #[test]
+fn dates_are_times_whatever_their_column_is_called() {
+    let forms: [fn(u32) -> String; 4] = [
+        |day| format!("1970-01-{day:02}"),
+        |day| format!("{day}.1.1970"),
+        |day| format!("1/{day}/70"),
+        |day| format!("{day:02}-Jan-1970"),
+    ];
+    for form in forms {
+        for name in ["Date", "Order day", "DATE", "x"] {
+            for is_first in [true, false] {
+                let row = |day: u32| match is_first {
+                    true => format!("{},{}.5\n", form(day), day % 7),
+                    false => format!("{}.5,{}\n", day % 7, form(day)),
+                };
+                let header = if is_first { format!("{name},v\n") } else { format!("v,{name}\n") };
+                let log = header + &(11..30).map(row).collect::<String>();
+                let said = shown(&[("log.csv", log.as_bytes())], &["log#v"], &ReadOptions::default());
+                let last = format!("0@{}=1.5", 28 * 86_400_000_i64);
+                assert!(said.lines().any(|line| line == last), "{log}{said}");
+            }
+        }
+    }
+}
+
+#[test]
 fn dates_and_times_of_digits_alone_are_no_seconds() {
     let log = b"time,v\n20180408103137,1\n20180408103138.5,2\n";
     let said = shown(&[("log.csv", log)], &["log#v"], &ReadOptions::default());
@@ -288,6 +313,12 @@ fn what_is_not_in_the_table_is_said() {
     check(
         "1,2\n3,4\n",
         &["log#v"],
+        "error: log.csv: the first line holds numbers where the names of the columns \
+         belong; add a line such as 't [s],speed [m/s]'",
+    );
+    check(
+        "5.1,3.5,setosa\n4.9,3.0,setosa\n",
+        &["log#setosa"],
         "error: log.csv: the first line holds numbers where the names of the columns \
          belong; add a line such as 't [s],speed [m/s]'",
     );
