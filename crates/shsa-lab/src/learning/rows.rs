@@ -7,6 +7,9 @@ use crate::learning::signal::{Part, Seen};
 /// A column of which others leave less than this share is a combination of them.
 const DEPENDENT: f64 = 1e-9;
 
+/// The least share of the moments at which each of two is chosen: fewer show no choice, and may be outliers of one alone.
+const LEAST_TAKEN: f64 = 0.02;
+
 /// The target and the other signals at some moments of the slowest of them.
 pub(crate) struct Rows {
     pub(crate) target: Vec<f64>,
@@ -113,6 +116,14 @@ impl Rows {
         let apart = self.target.iter().zip(pairs).map(|(own, (one, other))| own - of(*one, *other));
         deviation(apart) / self.moves
     }
+
+    /// Whether a choice between two takes each of them in at least a share of the moments: else it is one of them.
+    pub(crate) fn takes_both(&self, one: usize, other: usize, of: fn(f64, f64) -> f64) -> bool {
+        let pairs = || self.value(one).iter().zip(self.value(other));
+        let takes_first = |(one, other): &(&f64, &f64)| of(**one, **other) == **one;
+        let (first, all) = (pairs().filter(takes_first).count() as f64, pairs().count() as f64);
+        first >= LEAST_TAKEN * all && all - first >= LEAST_TAKEN * all
+    }
 }
 
 /// What some columns leave of the target: a further column is tried beside them without a new fit.
@@ -156,4 +167,21 @@ fn product(one: &[f64], other: &[f64]) -> f64 {
 
 fn length(column: &[f64]) -> f64 {
     product(column, column).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_choice_is_one_of_which_both_are_taken() {
+        for percent in 0..=100_u32 {
+            let one: Vec<f64> = (0..1_000).map(|row| f64::from(u32::from(row % 100 < percent))).collect();
+            let rows =
+                Rows { target: one.clone(), values: vec![(3, one), (7, vec![0.5; 1_000])], moves: 1.0 };
+            let is_choice = (2..=98).contains(&percent);
+            assert_eq!(rows.takes_both(3, 7, f64::max), is_choice, "{percent} %");
+            assert_eq!(rows.takes_both(7, 3, f64::min), is_choice, "{percent} %");
+        }
+    }
 }

@@ -205,11 +205,12 @@ fn of_two(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
     for (at, &one) in alike.iter().enumerate() {
         for &other in &alike[at + 1..] {
             let pair = |of: fn(f64, f64) -> f64| rows.apart(one, other, of) < PROMISING;
+            let is_choice = |of: fn(f64, f64) -> f64| pair(of) && rows.takes_both(one, other, of);
             let mut shapes = Vec::new();
-            if pair(f64::max) {
+            if is_choice(f64::max) {
                 shapes.push(Shape::Largest);
             }
-            if pair(f64::min) {
+            if is_choice(f64::min) {
                 shapes.push(Shape::Smallest);
             }
             if !is_point(seen, target) && pair(f64::hypot) {
