@@ -12,6 +12,7 @@ use crate::show;
 use crate::written;
 use anyhow::{Context, anyhow, bail};
 use shsa_lab::learning::learn_sessions;
+use shsa_lab::proposal::{Proposal, Proposals, Subject};
 use shsa_lab::proposal::{Proposals, Subject};
 use shsa_model::live::Written;
 use shsa_model::read_text;
@@ -82,7 +83,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         false => report.text(show::style()),
     };
     writeln!(stdout(), "{text}")?;
-    write_files(arguments, &subject, &report.patch())?;
+    let changes = proposals.all.iter().any(Proposal::is_active);
+    write_files(arguments, &subject, &report.patch(), changes)?;
     let is_nothing = match &serving {
         Some(serving) => serving.relations.is_empty(),
         None => proposals.all.is_empty() && subject.equal.is_empty(),
@@ -94,14 +96,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Writes the files that are asked for.
-fn write_files(arguments: &Arguments, subject: &Subject, change: &str) -> anyhow::Result<()> {
+/// Writes the files that are asked for; a model of which nothing changes as it is.
+fn write_files(arguments: &Arguments, subject: &Subject, change: &str, changes: bool) -> anyhow::Result<()> {
     if let Some(path) = &arguments.patch {
         write(path, change)?;
     }
     if let Some(path) = &arguments.output {
         let model = Written { name: &subject.model, text: &subject.text };
-        write(path, &changed(model, Written { name: "the relations", text: change })?)?;
+        let text = match changes {
+            true => changed(model, Written { name: "the relations", text: change })?,
+            false => subject.text.clone(),
+        };
+        write(path, &text)?;
     }
     Ok(())
 }
