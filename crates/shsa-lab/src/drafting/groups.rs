@@ -76,11 +76,12 @@ struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    /// Whether two columns have one kind and unit, and nearly the same values but for an offset.
+    /// Whether two columns have one kind and one dimension, and nearly the same values but for an offset.
     fn is_one_kind(&self, one: usize, other: usize) -> bool {
         let (first, second) = (&self.columns[one], &self.columns[other]);
         let says_something = first.kind.chars().filter(|it| it.is_alphabetic()).count() >= LETTERS;
-        let same_unit = first.signal.unit == second.signal.unit;
+        let dimension = |of: &Column| of.signal.unit.as_ref().map(|unit| unit.dimension);
+        let same_unit = dimension(first) == dimension(second);
         let is_choice =
             [one, other].iter().any(|it| self.facts[*it].as_ref().is_none_or(|it| it.levels.is_some()));
         if first.kind != second.kind || !says_something || !same_unit || is_choice || first.turn.is_some() {
@@ -105,10 +106,12 @@ impl Measured<'_> {
         apart(&pairs) <= FAIR * least && holds(early) && holds(late)
     }
 
-    /// The values of two signals at the moments of the slower one, in SI units from the zeros of their units; the second one earlier
-    /// by a delay.
+    /// The values of two signals at the moments of the slower one, in SI units; the second one earlier by a delay.
     fn together(&self, one: usize, other: usize, delay_s: f64) -> Vec<(f64, f64)> {
-        let scale = |column: usize| self.columns[column].signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
+        let si = |column: usize, value: f64| match &self.columns[column].signal.unit {
+            Some(unit) => unit.to_si(value),
+            None => value,
+        };
         let curves = [one, other].map(|it| &self.curves[it]);
         let by_one = curves[0].period_s() >= curves[1].period_s();
         let shift = if by_one { 0.0 } else { delay_s };
@@ -116,9 +119,7 @@ impl Measured<'_> {
         let every = times.len().div_ceil(MOMENTS).max(1);
         let at = |time: &f64| {
             let time = time + shift;
-            let (one, other) =
-                (curves[0].read(time)?.0 * scale(one), curves[1].read(time - delay_s)?.0 * scale(other));
-            Some((one, other))
+            Some((si(one, curves[0].read(time)?.0), si(other, curves[1].read(time - delay_s)?.0)))
         };
         times.iter().step_by(every).filter_map(at).collect()
     }
@@ -194,4 +195,38 @@ fn beside_time(pairs: &[(f64, f64)]) -> f64 {
         winsorised(&left).sqrt()
     };
     left(pairs.iter().map(|it| it.0).collect()).min(left(pairs.iter().map(|it| it.1).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::drafting::Column;
+    use crate::drafting::draft;
+    use crate::learning::Signal;
+    use shsa_core::unit::Unit;
+
+    /// A temperature that two sensors measure, each with noise of its own, written in a unit.
+    fn column(unit: &str, seed: u32, offset_k: f64) -> Column {
+        let unit = Unit::parse(unit).unwrap();
+        let noise = |at: u32| (f64::from(at * seed).sin() * 43_758.547).fract();
+        let kelvin = |at: u32| 295.0 + 8.0 * (f64::from(at) / 60.0).sin() + 0.1 * noise(at) + offset_k;
+        let points = (0..800).map(|at| (f64::from(at), unit.from_si(kelvin(at)))).collect();
+        let signal = Signal { name: format!("temperature_{seed}"), unit: Some(unit), points };
+        Column { signal, breaks: Vec::new(), kind: "temperature".to_owned(), turn: None }
+    }
+
+    #[test]
+    fn members_of_a_group_are_apart_by_what_they_differ_by_in_any_units() {
+        const UNITS: [&str; 4] = ["K", "degC", "degF", "mK"];
+        for (at, (one, other)) in UNITS.iter().flat_map(|one| UNITS.map(|other| (one, other))).enumerate() {
+            let offset_k = f64::from(at as u32) / 8.0 - 1.0;
+            let columns = [column(one, 1, 0.0), column(other, 7_919, offset_k)];
+            let drafted = draft(&columns, &[], &()).unwrap();
+            let scale = columns[1].signal.unit.as_ref().unwrap().scale;
+            assert_eq!(drafted.groups.len(), 1, "{one} {other}: {:?}", drafted.groups);
+            let members = &drafted.groups[0].members;
+            assert_eq!((members[0].column, members[1].column), (0, 1));
+            assert!((members[1].offset * scale - offset_k).abs() < 0.05, "{one} {other}: {members:?}");
+            assert!(members[1].apart * scale < 0.3, "{one} {other}: {members:?}");
+        }
+    }
 }

@@ -11,11 +11,13 @@ mod columns;
 mod text;
 mod answers;
 mod checked;
+mod nothing;
 
 pub use answers::Needed;
 pub use checked::checked_text;
 pub use column::{Column, Facts};
 pub use columns::{About, Columns, Origin, Series};
+pub use nothing::why_nothing;
 pub use text::{model_text, variable_names};
 
 use crate::LabError;

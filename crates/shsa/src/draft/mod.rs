@@ -13,7 +13,7 @@ use anyhow::bail;
 use ask::Asking;
 use shsa_core::time::Span;
 use shsa_format::text::counted;
-use shsa_lab::drafting::{Drafted, checked_text, draft};
+use shsa_lab::drafting::{Drafted, checked_text, draft, why_nothing};
 use shsa_message::span::parse_span;
 use std::io::{IsTerminal, stderr, stdin};
 use std::path::{Path, PathBuf};
@@ -147,7 +147,7 @@ impl Drafting<'_> {
         self.asking.as_mut().map_or(Ok(()), |asking| ask::units(&mut read, asking))?;
         let mut drafted = draft(&read.columns, &read.joints, &Search::default())?;
         if drafted.groups.is_empty() {
-            bail!("nothing in the recording can be a signal: it has no number that changes");
+            bail!(why_nothing(&read, &drafted));
         }
         if let Some(asking) = &mut self.asking {
             ask::groups(&read, &mut drafted, asking)?;
