@@ -10,8 +10,8 @@
 //! assert!(Trust::Trusted < Trust::Returning && Trust::Unproven < Trust::Suspect);
 //! ```
 
-mod ledger;
 mod standing;
+mod ledger;
 
 pub use ledger::{ConflictPair, Ledger};
 pub use standing::{Accusation, Accused, By, MOST_CONFLICTS, Record, Standing, Support};

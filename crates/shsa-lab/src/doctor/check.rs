@@ -1,6 +1,7 @@
 //! One relation as a check: what it leaves at each moment, beside what it usually leaves.
 
 use super::robust::{Fit, fit, inner_deviation, left, scale_at_once, spread};
+use super::usual;
 use crate::curve::Curve;
 use crate::learning::{Regressors, Relation, Shape};
 use crate::order::{median, quantile, sorted};
@@ -29,18 +30,9 @@ const OF_CHANGES: f64 = 0.5;
 const WINDOWS: [usize; 3] = [20, 60, 200];
 
 /// The parts of the time in most of which a relation must hold, and the multiple of its scale that it may leave in these.
-const PARTS: usize = 12;
+pub(super) const PARTS: usize = 12;
 const MOST_PARTS: f64 = 0.6;
 const IN_PART: f64 = 3.0;
-
-/// Shares of the moments, by how fast both sides move: what is usual is found for each of them.
-const PACES: [f64; 8] = [0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0];
-
-/// How far a pace looks to either side, in rows: at once, and for what responds slowly.
-const NEIGHBOURS: [usize; 2] = [4, 30];
-
-/// The least parts of the time in which a pace must be seen: a fault must not be usual at its own pace.
-const LEAST_PARTS: usize = 4;
 
 /// The share of a step of rounding that is usual at least.
 const ROUNDED: f64 = 0.3;
@@ -91,7 +83,7 @@ pub(super) struct Check {
     pub(super) target: Vec<f64>,
     /// What the inputs say of it.
     pub(super) predicted: Vec<f64>,
-    /// What the difference usually is, as a deviation, by how fast both move.
+    /// What the difference usually is, as a deviation, by how fast both move and how far out both are.
     pub(super) usual: Vec<f64>,
     /// The deviation of the difference.
     pub(super) scale: f64,
@@ -211,8 +203,7 @@ impl Check {
         if !check.holds(data) {
             return None;
         }
-        let [near, far] = NEIGHBOURS.map(|rows| check.usual(check.least(data), rows));
-        check.usual = near.iter().zip(&far).map(|(near, far)| near.max(*far)).collect();
+        check.usual = usual::of(&check, check.least(data));
         Some(check)
     }
 
@@ -278,53 +269,6 @@ impl Check {
         let of_input = if is_pair { factor * data.steps[inputs[0]] } else { 0.0 };
         (ROUNDED * (data.steps[*target] + of_input)).max(1e-9 * largest).max(f64::MIN_POSITIVE)
     }
-
-    /// What is usual at each row, by how fast both sides move there.
-    fn usual(&self, least: f64, neighbours: usize) -> Vec<f64> {
-        let count = self.times.len();
-        let pace =
-            |row: usize| pace(&self.target, row, neighbours).min(pace(&self.predicted, row, neighbours));
-        let paces: Vec<f64> = (0..count).map(pace).collect();
-        let mut by_pace: Vec<usize> = (0..count).collect();
-        by_pace.sort_by(|one, other| paces[*one].total_cmp(&paces[*other]).then(one.cmp(other)));
-        let mut usual = vec![self.scale.max(least); count];
-        let (mut from, mut before) = (0, None::<(f64, f64)>);
-        for share in PACES {
-            let to = ((share * count as f64).ceil() as usize).clamp(from, count);
-            let rows = &by_pace[from..to];
-            from = to;
-            let Some(last) = rows.last() else { continue };
-            let middle = paces[rows[rows.len() / 2]];
-            let slower = before.map_or(0.0, |it| it.0).max(0.5 * self.scale).max(least);
-            let own = self.seen_at(rows).map(|it| it.max(slower));
-            // What is seen in few parts of the time only may be off in proportion to its pace.
-            let off = |pace: f64| match (own, before) {
-                (Some(own), _) => own,
-                (None, Some((off, known))) if known > 0.0 => off.max(slower) * (pace / known).max(1.0),
-                _ => slower.max(self.scale),
-            };
-            rows.iter().for_each(|row| usual[*row] = off(paces[*row]));
-            before = Some((off(middle), if own.is_some() { middle } else { paces[*last] }));
-        }
-        usual
-    }
-
-    /// The deviation of some rows, by the middle one of the parts of the time; `None` where they are seen in too few parts.
-    fn seen_at(&self, rows: &[usize]) -> Option<f64> {
-        const LEAST: usize = 3;
-        let size = self.times.len().div_ceil(PARTS).max(1);
-        let mut squares = [(0_usize, 0.0_f64); PARTS];
-        for row in rows {
-            let part = &mut squares[row / size];
-            *part = (part.0 + 1, part.1 + self.off(*row).powi(2));
-        }
-        let seen: Vec<f64> = squares
-            .iter()
-            .filter(|it| it.0 >= LEAST)
-            .map(|(count, sum)| (sum / *count as f64).sqrt())
-            .collect();
-        (seen.len() >= LEAST_PARTS).then(|| median(seen.into_iter()))
-    }
 }
 
 /// Whether a relation compares two signals of one kind by their names.
@@ -348,13 +292,6 @@ fn is_plausible(data: &Data, relation: &Relation, numbers: &[f64]) -> bool {
         }
         _ => true,
     }
-}
-
-/// The largest change to a value from so many neighbours to either side.
-fn pace(values: &[f64], row: usize, neighbours: usize) -> f64 {
-    let own = values[row];
-    let near = row.saturating_sub(neighbours)..(row + neighbours + 1).min(values.len());
-    values[near].iter().map(|it| (it - own).abs()).fold(0.0, f64::max)
 }
 
 /// The rows of each part of the time.

@@ -6,6 +6,7 @@
 mod robust;
 mod likely;
 mod check;
+mod usual;
 mod stretch;
 mod blame;
 mod kind;

@@ -3,7 +3,9 @@
 use super::relations::is_equal;
 use super::{Check, Diagnosis, Examined};
 use crate::LabError;
-use crate::drafting::{Because, Columns, Drafted, Group, Member, Role, checked_text, variable_names};
+use crate::drafting::{
+    Because, Columns, Drafted, Group, Member, Needed, Role, checked_text, variable_names, why_nothing,
+};
 use crate::learning::{Shape, Signal, formula};
 use crate::naming::{number, unique};
 use crate::order::median;
@@ -43,9 +45,7 @@ pub(super) fn text(
 ) -> Result<String, LabError> {
     let mut drafted = drafted(read, found, &diagnosis.groups);
     if drafted.groups.is_empty() {
-        return Err(LabError::Unfit(
-            "nothing in the recording can be a signal: it has no number that changes".to_owned(),
-        ));
+        return Err(LabError::Unfit(why_nothing(read, &drafted)));
     }
     let text = checked_text(read, &mut drafted, names)?.replacen(
         "Drafted by `shsa draft`",
@@ -62,7 +62,23 @@ fn drafted(read: &Columns, found: &Examined, groups: &[Vec<usize>]) -> Drafted {
     let mut all: Vec<Vec<usize>> = groups.iter().cloned().chain(alone).collect();
     all.sort_by_key(|it| it[0]);
     let groups = all.into_iter().map(|members| group(read, found, &members)).collect();
-    Drafted { facts: found.facts.clone(), roles: found.roles.clone(), groups, ..Drafted::default() }
+    let drafted =
+        Drafted { facts: found.facts.clone(), roles: found.roles.clone(), groups, ..Drafted::default() };
+    Drafted { needs: needs(found, &drafted), ..drafted }
+}
+
+/// What something else can stand in for; where nothing is, the first quantity, so that the model watches at all.
+fn needs(found: &Examined, drafted: &Drafted) -> Vec<Needed> {
+    let is_checked = |group: &usize| {
+        let members = &drafted.groups[*group].members;
+        let is_in = |check: &Check| members.iter().any(|it| check.relation.signals().contains(&it.column));
+        members.len() > 1 || found.checks.iter().any(is_in)
+    };
+    let mut checked: Vec<usize> = (0..drafted.groups.len()).filter(is_checked).collect();
+    if checked.is_empty() {
+        checked.extend(drafted.most_measured());
+    }
+    checked.into_iter().map(|group| Needed { group, max_age: drafted.usual_age(group) }).collect()
 }
 
 /// A group with its members compared with one that none of them is ahead of.
@@ -89,7 +105,7 @@ fn group(read: &Columns, found: &Examined, members: &[usize]) -> Group {
         });
         let apart = own.map_or(0.0, |it| DEVIATIONS * it.scale / scale);
         let sign = if own.is_some_and(|it| it.relation.target == column) { 1.0 } else { -1.0 };
-        let offset = own.map_or(0.0, |it| sign * offset(it) / scale);
+        let offset = own.map_or(0.0, |it| sign * offset(it, read) / scale);
         Member {
             column,
             delay_s: lag_s(column, first).map_or(0.0, |it| it.max(0.0)),
@@ -103,14 +119,16 @@ fn group(read: &Columns, found: &Examined, members: &[usize]) -> Group {
     Group { members: std::iter::once(member(first)).chain(others).collect() }
 }
 
-/// How much more the target says than the input.
-fn offset(check: &Check) -> f64 {
+/// How much more the target says than the input, in SI units.
+fn offset(check: &Check, read: &Columns) -> f64 {
+    let zero = |column: usize| read.columns[column].signal.unit.as_ref().map_or(0.0, |it| it.offset);
     let input = |row: usize| match (&check.relation.shape, &check.relation.numbers[..]) {
         (Shape::Line { .. }, [factor, offset]) => (check.predicted[row] - offset) / factor,
         (_, [offset]) => check.predicted[row] - offset,
         _ => check.predicted[row],
     };
-    median((0..check.times.len()).map(|row| check.target[row] - input(row)))
+    median((0..check.times.len()).map(|row| check.target[row] - input(row))) + zero(check.relation.target)
+        - zero(check.relation.inputs[0])
 }
 
 /// The model with those relations in it with which it is valid; the others are comments.

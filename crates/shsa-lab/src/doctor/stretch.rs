@@ -6,7 +6,7 @@
 //! wanders.
 
 use super::check::Check;
-use crate::order::{median, sorted};
+use crate::order::median;
 use std::ops::Range;
 
 /// The least factor between a stretch and the rest, where the rest has at least so many independent windows; with fewer, the factor
@@ -30,11 +30,6 @@ const LONGEST: f64 = 0.2;
 
 /// A stretch reaches as far as the windows have this share of its peak.
 const SHARE: f64 = 0.25;
-
-/// So many stretches recur; values within this share of the range are the same; a state is rare up to this share of the time.
-const RECURS: usize = 3;
-const SAME: f64 = 0.02;
-const RARE: f64 = 0.25;
 
 /// A stretch of a check.
 #[derive(Clone, Debug)]
@@ -90,22 +85,7 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
             kept.push(one);
         }
     }
-    if is_of_a_state(check, &kept) { Vec::new() } else { kept }
-}
-
-/// Whether a curve that does not quite fit leaves the stretches: they recur, always at the same value, which is rare in the rest. Of
-/// signals of one kind, no value excuses a difference.
-fn is_of_a_state(check: &Check, stretches: &[Stretch]) -> bool {
-    if check.is_one_kind || stretches.len() < RECURS {
-        return false;
-    }
-    let middles = stretches.iter().map(|it| median(check.predicted[it.rows.clone()].iter().copied()));
-    let (lo, hi) = middles.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), it| (lo.min(it), hi.max(it)));
-    let all = sorted(check.predicted.iter().copied());
-    let (Some(first), Some(last)) = (all.first(), all.last()) else { return false };
-    let near = SAME * (last - first);
-    let beside = check.predicted.iter().filter(|it| (lo - near..=hi + near).contains(*it)).count();
-    hi - lo <= near && beside as f64 <= RARE * all.len() as f64
+    kept
 }
 
 /// The number of rows after which values say something new of each other, without those of some stretches.
