@@ -46,8 +46,8 @@ pub(crate) struct Arguments {
     /// Recordings of a healthy system: files and folders of any format (`shsa help recordings`).
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    /// False alarms of the whole model an hour that are accepted on data not seen, with 95 % confidence.
-    #[arg(long, alias = "alarms-an-hour", value_name = "PER_HOUR", default_value = "0.5", value_parser = above_zero)]
+    /// False alarms of the whole model that are accepted on data not seen, with 95 % confidence: so many an hour, or such as 2/day, 1/week.
+    #[arg(long, alias = "alarms-an-hour", value_name = "PER_HOUR", default_value = "0.5", value_parser = an_hour)]
     false_alarms: f64,
     /// Where the part to fit ends and the part to test on begins; half of the recording when not given.
     #[arg(long, value_name = "TIME", value_parser = moment)]
@@ -98,9 +98,21 @@ impl FromStr for Stretch {
     }
 }
 
-fn above_zero(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
-    number.ok_or_else(|| "expected a number above 0".to_owned())
+/// How often something is in an hour: `0.5`, `2/day`, `1/week`.
+fn an_hour(text: &str) -> Result<f64, String> {
+    const HOURS: [(&str, f64); 5] =
+        [("hour", 1.0), ("day", 24.0), ("week", 168.0), ("month", 730.5), ("year", 8_766.0)];
+    let (number, hours) = match text.split_once('/') {
+        None => (text, 1.0),
+        Some((number, time)) => {
+            let known = HOURS.iter().find(|it| it.0 == time.trim());
+            let known =
+                known.ok_or("expected a number an hour, or one with /hour, /day, /week, /month or /year")?;
+            (number.trim(), known.1)
+        }
+    };
+    let number = number.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.map(|number| number / hours).ok_or_else(|| "expected a number above 0".to_owned())
 }
 
 /// Calibrates; the answer is no if the fitted model does worse than the given one, or a healthy signal fails.
@@ -203,4 +215,25 @@ fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> 
         length.seconds()
     );
     Ok(Smallest::find(&knowledge, &parted.early, &spec)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alarms_are_counted_in_words_people_choose_by() {
+        #[track_caller]
+        fn check(text: &str, expected: Option<f64>) {
+            assert_eq!(an_hour(text).ok(), expected, "{text}");
+        }
+        check("0.5", Some(0.5));
+        check("2/hour", Some(2.0));
+        check("1/day", Some(1.0 / 24.0));
+        check("1 / week", Some(1.0 / 168.0));
+        check("3/year", Some(3.0 / 8_766.0));
+        for wrong in ["0", "-1/day", "1/fortnight", "/day", "1/", "inf", "day"] {
+            check(wrong, None);
+        }
+    }
 }
