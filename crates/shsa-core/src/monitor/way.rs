@@ -1,7 +1,6 @@
 //! A watched way of knowing: its recent outputs, and its values at the moments of other ways.
 
-use super::trend::Measured;
-use super::{Fresh, WayIndex};
+use super::{Fresh, WayIndex, trend::Measured};
 use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
 use crate::computation::{Computation, Settled};

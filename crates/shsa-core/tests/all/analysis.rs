@@ -8,8 +8,7 @@ use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, VariableId,
     WhenUnsure,
 };
-use shsa_core::time::Span;
-use shsa_core::trust::Component;
+use shsa_core::{time::Span, trust::Component};
 use std::collections::BTreeSet;
 
 pub(crate) const WITHOUT_ADDITIONS: Options =
