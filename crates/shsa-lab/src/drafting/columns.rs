@@ -279,7 +279,7 @@ fn reason(topic: &TopicInfo, field: &FieldInfo) -> Option<String> {
         _ if is_time => Some("time".to_owned()),
         "number" => None,
         "" => Some("no value".to_owned()),
-        "list" if topic.kind == recording::CAN_FRAME => {
+        "list" if topic.kind == shsa_recording::CAN_FRAME => {
             Some("bytes of a CAN frame, which a database of its messages explains (--dbc FILE)".to_owned())
         }
         kind => Some(kind.to_owned()),

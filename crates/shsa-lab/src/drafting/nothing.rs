@@ -17,7 +17,7 @@ pub fn why_nothing(read: &Columns, drafted: &Drafted) -> String {
         of_role(role, facts.as_ref()).into_iter().for_each(|it| count(it.to_owned(), &about.source));
     }
     read.left_out.iter().for_each(|(source, reason)| count(reason.clone(), source));
-    reasons.sort_by(|one, other| other.1.cmp(&one.1));
+    reasons.sort_by_key(|(_, count, _)| std::cmp::Reverse(*count));
     let told = reasons.iter().take(MOST).map(|(reason, fields, source)| match fields {
         1 => format!("{source}: {reason}"),
         _ => format!("{source} and {} more: {reason}", fields - 1),

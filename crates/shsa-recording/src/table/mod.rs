@@ -70,13 +70,7 @@ pub(super) fn read(
             None
         }
     };
-    if layout.preamble > 0 {
-        listener.note(Place::Whole, format!("the lines before the names are left out: {}", layout.preamble));
-    }
-    if layout.has_index {
-        let note = "rows have one cell more than the header: the first cell is the number of the row";
-        listener.note(Place::Whole, note.into());
-    }
+    note_layout(&layout, listener);
     let doubts = Doubts::of_days(clock.as_ref().is_some_and(Clock::is_of_day));
     let mut table = Table {
         batch: Batch::new(layout.headers.len()),
@@ -107,6 +101,17 @@ pub(super) fn read(
     }
     table.doubts.notes().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
+}
+
+/// Notes what of a table is neither a name nor a value.
+fn note_layout(layout: &Layout, listener: &mut dyn Listener) {
+    if layout.preamble > 0 {
+        listener.note(Place::Whole, format!("the lines before the names are left out: {}", layout.preamble));
+    }
+    if layout.has_index {
+        let note = "rows have one cell more than the header: the first cell is the number of the row";
+        listener.note(Place::Whole, note.into());
+    }
 }
 
 /// How many bytes at the end of a table are looked at for dates.
