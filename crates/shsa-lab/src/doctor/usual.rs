@@ -112,3 +112,48 @@ fn pace(values: &[f64], row: usize, neighbours: usize) -> f64 {
     let near = row.saturating_sub(neighbours)..(row + neighbours + 1).min(values.len());
     values[near].iter().map(|it| (it - own).abs()).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::{Relation, Score, Shape};
+
+    /// A check of two that agree within 0.1 about levels from -1 to 1, but in so many visits, of 40 rows each.
+    fn check(visits: usize, target: f64, predicted: f64) -> (Check, Vec<usize>) {
+        let is_visit = |row: usize| row % (1_200 / visits) < 40;
+        let level = |row: usize| (row as f64 / 9.0).sin();
+        let noise = |row: usize| if row.is_multiple_of(2) { 0.05 } else { -0.05 };
+        let side = |at: f64, sign: f64| {
+            (0..1_200).map(|row| if is_visit(row) { at } else { level(row) + sign * noise(row) }).collect()
+        };
+        let score = Score { fitted: 0.0, chosen: 0.0, unseen: 0.0 };
+        let shape = Shape::Line { lag_s: 0.0 };
+        let relation =
+            Relation { target: 0, inputs: vec![1], shape, numbers: vec![1.0, 0.0], window_s: None, score };
+        let check = Check {
+            relation,
+            times: (0..1_200).map(f64::from).collect(),
+            target: side(target, 1.0),
+            predicted: side(predicted, -1.0),
+            usual: Vec::new(),
+            scale: 0.1,
+            share: 0.1,
+            is_one_kind: false,
+        };
+        (check, (0..1_200).filter(|row| is_visit(*row)).collect())
+    }
+
+    #[test]
+    fn what_both_say_again_and_again_is_usual_and_what_one_says_is_not() {
+        for visits in 1..=5 {
+            let (both, rows) = check(visits, 10.0, 9.0);
+            let usual = of(&both, 1e-9);
+            // Those that share their part of the reaches with others are usual as those are.
+            let known = rows.iter().filter(|row| usual[**row] >= 0.5).count();
+            assert!(visits < 3 || 2 * known >= rows.len(), "{visits} visits: {known}");
+            let (one, rows) = check(visits, 10.0, 0.5);
+            let usual = of(&one, 1e-9);
+            assert!(visits > 2 || rows.iter().all(|row| usual[*row] <= 1.0), "{visits} visits");
+        }
+    }
+}
