@@ -13,13 +13,15 @@ use shsa_lab::calibration::{self, Parted};
 use shsa_lab::campaign::{
     AmountSpec, Baseline, Campaign, Grid, GridSpec, Kind, Progress, Recorded, instead, measure,
 };
+use shsa_lab::doctor::examine;
 use shsa_lab::drafting::Origin;
 use shsa_lab::learning;
 use shsa_lab::proposal::{Proposals, Subject};
 use shsa_recording::{ReadOptions, Recording};
 use shsa_report::recorded::wanted;
-use shsa_report::{Style, calibration as calibrated, learning as learned};
+use shsa_report::{Style, calibration as calibrated, doctor as examined, learning as learned};
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::thread;
 
 /// Reads what a model wants.
@@ -188,4 +190,23 @@ pub(crate) fn learn(
     })?;
     let (found, patch): (Value, String) = found.map_err(|error| failed(py, error))?;
     Ok((json!(found).to_string(), patch, warnings))
+}
+
+/// Finds what is wrong in recordings; returns it as JSON and as a page, the model that was found out, and warnings.
+#[pyfunction]
+pub(crate) fn doctor(
+    py: Python<'_>,
+    recordings: Vec<PathBuf>,
+    names: &str,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(String, String, String, Vec<String>)> {
+    let origin = Origin { recordings, by: None, options: ReadOptions::default() };
+    let found = work::run(py, progress.as_ref(), |progress| {
+        let mut columns = origin.read()?;
+        let diagnosis = examine(&mut columns, names, progress)?;
+        let report = examined::Report { columns: &columns, diagnosis: &diagnosis };
+        let (json, page) = (report.json().to_string(), report.page(names));
+        Ok::<_, LabError>((json, page, diagnosis.model, columns.warnings))
+    })?;
+    found.map_err(|error| failed(py, error))
 }

@@ -19,7 +19,7 @@ mod _shsa {
     #[pymodule_export]
     use super::engine::Engine;
     #[pymodule_export]
-    use super::lab::{calibrate, campaign, learn};
+    use super::lab::{calibrate, campaign, doctor, learn};
     #[pymodule_export]
     use super::model::Model;
     #[pymodule_export]

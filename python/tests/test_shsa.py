@@ -3,6 +3,7 @@
 import math
 import pathlib
 import queue
+import random
 import signal
 import subprocess
 import sys
@@ -317,6 +318,21 @@ class Lab(unittest.TestCase):
         self.assertIn("relations", found.patch)
         with self.assertRaisesRegex(shsa.ShsaError, "with a model"):
             shsa.learn(columns())
+
+    def test_examines(self) -> None:
+        chance = random.Random(1)
+        times = [step / 5 for step in range(3_000)]
+        level = [5 + 2 * math.sin(at / 10) for at in times]
+        floats = {f"float_{it}": [value + chance.gauss(0, 0.01) for value in level] for it in (1, 2, 3)}
+        sound = shsa.doctor({"time": times, **floats})
+        self.assertEqual((sound.findings, sound.warnings), ([], []))
+        self.assertTrue(shsa.Model(sound.model).needs)
+        floats["float_2"] = [it + (0.5 if 400 < at < 460 else 0) for at, it in zip(times, floats["float_2"])]
+        found = shsa.doctor({"time": times, **floats})
+        self.assertEqual(found.findings[0]["signals"], ["float_2"])
+        self.assertIn("float_2", found.page)
+        with self.assertRaisesRegex(shsa.ShsaError, "nothing in the recording can be a signal"):
+            shsa.doctor({"time": times, "flat": [1.0] * len(times)})
 
 
 class Engines(unittest.TestCase):

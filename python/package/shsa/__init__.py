@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Calibration",
     "Campaign",
+    "Diagnosis",
     "Engine",
     "Event",
     "Learned",
@@ -54,6 +55,7 @@ __all__ = [
     "Substitution",
     "calibrate",
     "campaign",
+    "doctor",
     "learn",
     "replay",
 ]
@@ -326,6 +328,33 @@ def learn(
     with _recordings.given(recordings) as read:
         report, patch, warnings = _shsa.learn(known, read, need, progress)
     return Learned(json.loads(report), patch, warnings)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong in recordings."""
+
+    report: dict[str, Any]
+    """All figures, as ``shsa doctor --json`` prints them."""
+    model: str
+    """A model of the signals with what was found out, ready to edit."""
+    page: str
+    """A page for the browser with a picture of each finding."""
+    warnings: list[str]
+
+    @property
+    def findings(self) -> list[dict[str, Any]]:
+        """What is wrong, the largest first; empty where nothing is."""
+        return list(self.report["findings"])
+
+
+def doctor(recordings: Recordings, *, progress: Progress = None) -> Diagnosis:
+    """Finds what is wrong in recordings, without a model and without a healthy recording."""
+    with _recordings.in_files(recordings) as files:
+        is_named = isinstance(recordings, (str, os.PathLike, Sequence))
+        names = ", ".join(files) if is_named else "a table"
+        report, page, model, warnings = _shsa.doctor(files, names, progress)
+    return Diagnosis(json.loads(report), model, page, warnings)
 
 
 @dataclass(frozen=True)

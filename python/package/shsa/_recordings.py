@@ -37,6 +37,19 @@ def given(recordings: Recordings) -> Iterator[list[str] | bytes]:
         yield _parquet(recordings)
 
 
+@contextmanager
+def in_files(recordings: Recordings) -> Iterator[list[str]]:
+    """Recordings as files. A table is one of Parquet."""
+    with given(recordings) as read:
+        if isinstance(read, list):
+            yield read
+            return
+        with TemporaryDirectory(prefix="shsa-") as folder:
+            file = pathlib.Path(folder) / "table.parquet"
+            file.write_bytes(read)
+            yield [os.fspath(file)]
+
+
 def _is_table(recordings: Any) -> bool:
     return hasattr(recordings, "columns")
 

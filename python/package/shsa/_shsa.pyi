@@ -99,6 +99,9 @@ def campaign(
     duration_s: float | None,
     progress: Progress | None,
 ) -> tuple[str, list[str]]: ...
+def doctor(
+    recordings: list[str], names: str, progress: Progress | None
+) -> tuple[str, str, str, list[str]]: ...
 def learn(
     model: Model | None, recordings: list[str] | bytes, need: str | None, progress: Progress | None
 ) -> tuple[str, str, list[str]]: ...
