@@ -13,7 +13,6 @@ use crate::written;
 use anyhow::{Context, anyhow, bail};
 use shsa_lab::learning::learn_sessions;
 use shsa_lab::proposal::{Proposal, Proposals, Subject};
-use shsa_lab::proposal::{Proposals, Subject};
 use shsa_model::live::Written;
 use shsa_model::read_text;
 use shsa_report::learning::Report;
