@@ -5,7 +5,7 @@
 % How many steps one variable may take, in inferences.
 limit(20 000 000).
 
-:- include('../../../src/model/thesis/rules.pl').
+:- include('../../../src/thesis/rules.pl').
 
 variable(V) :-
     findall(O, function(O, _, _), Outputs),
