@@ -175,7 +175,7 @@ impl Engine {
         let mut take = |due: Option<Time>| first = due.filter(|it| *it > now).unwrap_or(first).min(first);
         take(self.monitor.timeouts().next_deadline());
         take(self.judge.next_review());
-        self.ledger.returns().for_each(|(_, at)| take(Some(at)));
+        take(Some(self.ledger.first_return()));
         self.providers.iter().for_each(|provider| take(provider.next_deadline(now)));
         take(self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline()));
         (first < Time::MAX).then_some(first)
@@ -292,7 +292,7 @@ impl Engine {
         for provider in self.providers.iter_mut() {
             provider.observe(&self.knowledge, observation);
         }
-        if self.ledger.note_value(self.knowledge.witness(observation.signal)) {
+        if !self.ledger.trusts_all() && self.ledger.note_value(self.knowledge.witness(observation.signal)) {
             self.judge.look_again(now);
         }
     }

@@ -39,7 +39,7 @@ impl Engine {
 
     /// Reports silences, and returns after their probation; returns whether there were any.
     pub(super) fn report_changes(&mut self, now: Time) -> bool {
-        if self.changes.is_empty() && self.ledger.returns().next().is_none() {
+        if self.changes.is_empty() && self.ledger.first_return() > now {
             return false;
         }
         let mut changed = false;

@@ -19,6 +19,10 @@ pub type ConflictPair = (WayIndex, WayIndex);
 #[derive(Clone, Debug)]
 pub struct Ledger {
     standings: BTreeMap<Component, Standing>,
+    /// How many components are suspect, failed, forbidden or unproven: in most moments none.
+    distrusted: usize,
+    /// When the first probation of a returning signal ends.
+    first_return: Time,
     /// The components that have failed by their verdicts or are forbidden: comparisons with them are no evidence about others.
     discounted: BTreeSet<Component>,
     /// For each signal, the signals without which it is lost, and its own, each by its witness and by itself.
@@ -45,6 +49,8 @@ impl Ledger {
         };
         Ledger {
             standings: BTreeMap::new(),
+            distrusted: 0,
+            first_return: Time::MAX,
             discounted: BTreeSet::new(),
             foundations: IdVec::filled(knowledge.signals().len(), foundations),
             newly_failed: BTreeSet::new(),
@@ -74,14 +80,21 @@ impl Ledger {
     /// inputs that are.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
-        self.trust_in(signal) <= Trust::Returning
+        self.trusts_all() || self.trust_in(signal) <= Trust::Returning
+    }
+
+    /// Whether no component is suspect, failed, forbidden or unproven.
+    #[inline]
+    #[must_use]
+    pub fn trusts_all(&self) -> bool {
+        self.distrusted == 0
     }
 
     /// Whether a way rests on no component that is suspect, failed or forbidden.
     #[must_use]
     pub fn trusts_way(&self, way: &WatchedWay) -> bool {
         let mut steps = way.computation.way().substitution.steps.iter();
-        self.standings.is_empty()
+        self.trusts_all()
             || way.computation.way().inputs().all(|signal| self.trusts(signal))
                 && steps.all(|step| self.trust(Component::Relation(step.relation)) <= Trust::Returning)
     }
@@ -188,7 +201,10 @@ impl Ledger {
     /// Changes the standing of a component; nothing else does. A standing that says nothing is no row.
     fn change<T>(&mut self, component: Component, change: impl FnOnce(&mut Standing) -> T) -> T {
         let standing = self.standings.entry(component).or_default();
+        let was_distrusted = standing.trust() > Trust::Returning;
         let result = change(standing);
+        let is_distrusted = standing.trust() > Trust::Returning;
+        self.distrusted = self.distrusted + usize::from(is_distrusted) - usize::from(was_distrusted);
         match standing.is_discounted() {
             true => self.discounted.insert(component),
             false => self.discounted.remove(&component),
@@ -312,8 +328,8 @@ impl Ledger {
     ///
     /// The signal counts as healthy until it is accused again, or [falls silent](Ledger::interrupt).
     pub fn clear_by_operator(&mut self, component: Component) -> bool {
+        let had_returned = self.end_return(component);
         self.change(component, |standing| {
-            let had_returned = standing.returning.take().is_some();
             let was_accused = standing.accused().is_some();
             if was_accused {
                 standing.state = State::Sound { since: None, is_vouched_for: true };
@@ -330,15 +346,30 @@ impl Ledger {
             if let State::Sound { is_vouched_for, .. } = &mut standing.state {
                 *is_vouched_for = false;
             }
-            standing.returning.take().is_some()
-        })
+        });
+        self.end_return(Component::Signal(signal))
     }
 
     /// Notes that a signal gives values again after a silence. `is_first`: it has given none before.
     pub fn come_back(&mut self, signal: SignalId, since: Time, is_first: bool) {
+        self.end_return(Component::Signal(signal));
         self.change(Component::Signal(signal), |standing| {
             standing.returning = Some(Return { since, is_first });
         });
+        self.first_return = self.first_return.min(since + self.probation);
+    }
+
+    /// Ends the probation of a returning signal; returns whether there was one.
+    fn end_return(&mut self, component: Component) -> bool {
+        let ended = self.change(component, |standing| standing.returning.take());
+        if ended.is_some_and(|it| it.since + self.probation <= self.first_return) {
+            self.find_first_return();
+        }
+        ended.is_some()
+    }
+
+    fn find_first_return(&mut self) {
+        self.first_return = self.returns().map(|(_, at)| at).min().unwrap_or(Time::MAX);
     }
 
     /// Whether a signal has come back after a silence and its probation is not over.
@@ -348,8 +379,15 @@ impl Ledger {
         standing.and_then(|it| it.returning).is_some_and(|it| !it.is_first)
     }
 
+    /// When the first probation of a returning signal ends; [`Time::MAX`] where none returns.
+    #[inline]
+    #[must_use]
+    pub fn first_return(&self) -> Time {
+        self.first_return
+    }
+
     /// When the probation of each returning signal ends.
-    pub fn returns(&self) -> impl Iterator<Item = (SignalId, Time)> {
+    fn returns(&self) -> impl Iterator<Item = (SignalId, Time)> {
         self.standings().filter_map(|(component, standing)| {
             Some((signal_of(component)?, standing.returning?.since + self.probation))
         })
@@ -359,6 +397,7 @@ impl Ledger {
     pub fn end_returns(&mut self, now: Time) -> Vec<SignalId> {
         let over: Vec<SignalId> = self.returns().filter(|(_, at)| *at <= now).map(|(id, _)| id).collect();
         over.iter().for_each(|id| self.change(Component::Signal(*id), |standing| standing.returning = None));
+        self.find_first_return();
         over
     }
 
@@ -430,11 +469,7 @@ impl Ledger {
     }
 
     /// Notes a value of a signal; returns whether it is the first one of a signal that was accused before a restart.
-    #[inline]
     pub fn note_value(&mut self, witness: SignalId) -> bool {
-        if self.standings.is_empty() {
-            return false;
-        }
         let accused = self.standings.get_mut(&Component::Signal(witness)).and_then(Standing::accused_mut);
         accused.is_some_and(|accused| core::mem::take(&mut accused.awaits_value))
     }
