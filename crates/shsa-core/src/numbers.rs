@@ -56,7 +56,7 @@ numbers! {
     COINCIDES: f64 = 10.0, "odds", "a choice: one more fault of the cause outweighs one independent fault";
     /// The highest prior that this gives.
     HIGHEST_RAISED: f64 = 0.2, "probability", "a choice: the cause is never certain beforehand";
-    /// What lies further back than this is another occasion: faults that are independent, records of ways, repeated events.
+    /// What lies further back than this is another occasion: faults that are independent, records of ways.
     RECENT: Span = Span::from_millis(60_000), "ns", "a choice";
     /// What is over earlier is a passing disturbance; what is trusted again has been supported for longer.
     LASTING: Span = Span::from_millis(5_000), "ns", "a choice: shocks of a vehicle, and bad roads, are shorter", "probation";
@@ -69,7 +69,7 @@ numbers! {
     /// The shortest window of comparisons.
     DEBOUNCE: Span = Span::from_millis(250), "ns", "a choice";
     /// Fewer bad or equal readings in a row, or comparisons in a window, may be chance.
-    IN_A_ROW: u32 = 4, "readings", "a choice: `shsa-bench worlds` accuses no sound system";
+    IN_A_ROW: u32 = 4, "readings", "a choice";
     /// Half: of a window that must disagree, of a tolerance that no drift may use, of a limit below which nothing is near and an
     /// alarm ends.
     HALF: f64 = 0.5, "share", "the middle";

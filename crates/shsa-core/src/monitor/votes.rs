@@ -9,7 +9,6 @@ use super::{Monitor, Residual, WatchedWay, WayIndex};
 use crate::alignment::Sample;
 use crate::interval::Interval;
 use crate::knowledge::{SignalId, SignalSet, VariableId};
-use crate::numbers::{IN_A_ROW, RECENT};
 use crate::time::{Span, Time};
 
 /// A single wrong reading of a signal.
@@ -97,6 +96,11 @@ impl Monitor {
     }
 }
 
+/// So many outliers of a signal are told at once, and one more for each of these times: whoever reads them has seen what there is
+/// to see.
+const TOLD_AT_ONCE: i64 = 4;
+const TOLD_EACH: Span = Span::from_millis(60_000);
+
 /// The outliers of a signal that were told lately: a leaky bucket.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Told {
@@ -113,8 +117,8 @@ impl Told {
     fn note(&mut self, at: Time) -> bool {
         let since = self.last.replace(at).map_or(Span::MAX, |last| at - last);
         self.level = (self.level - since).max(Span::ZERO);
-        let is_told = self.level <= RECENT.times(i64::from(IN_A_ROW) - 1);
-        self.level = self.level + if is_told { RECENT } else { Span::ZERO };
+        let is_told = self.level <= TOLD_EACH.times(TOLD_AT_ONCE - 1);
+        self.level = self.level + if is_told { TOLD_EACH } else { Span::ZERO };
         is_told
     }
 }
