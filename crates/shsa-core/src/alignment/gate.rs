@@ -13,6 +13,9 @@
 //! measured each time. So a reading that is possible only if the value before it was held is in doubt until the next one: what
 //! that one stands by was the next measurement, what it cannot have followed was a glitch.
 //!
+//! A reading that is impossible after the last one, but possible after the one before that, is refused, and either may be wrong: what the
+//! next one can follow was right.
+//!
 //! What never fell and jumps to where it could have got from 0 counts anew, once it rises again.
 //!
 //! Readings stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is then next to
@@ -24,7 +27,7 @@ use super::reception::Jump;
 use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::Signal;
-use crate::time::Span;
+use crate::time::{Span, Validity};
 
 /// Measures the readings of one signal. O(1) a reading, without allocation.
 ///
@@ -38,6 +41,8 @@ pub(super) struct Gate {
     max_hold: Span,
     /// The earlier reading against which readings of this moment are measured, valid since its first repetition.
     anchor: Option<Sample>,
+    /// The anchor before it.
+    before: Option<Sample>,
     /// From its first repetition to its last one.
     held: Span,
     /// The newest reading in doubt: of an earlier moment, and of this one.
@@ -47,6 +52,8 @@ pub(super) struct Gate {
     next: Option<Sample>,
     /// The newest refused reading of this moment.
     refused: Option<Sample>,
+    /// The reading refused at the moment before, where it could have followed the one before the anchor: the anchor or it is wrong.
+    rival: Option<Sample>,
     is_open: bool,
     /// The state of readings that have left the possible range.
     away: Option<Away>,
@@ -135,7 +142,10 @@ impl Gate {
         if self.pace.is_none() {
             return;
         }
-        self.refused = None;
+        let refused = self.refused.take();
+        let rival =
+            refused.filter(|refused| self.before.is_some_and(|before| self.follows(before, *refused)));
+        let rival = core::mem::replace(&mut self.rival, rival);
         let doubtful = self.doubtful.take();
         let Some(mut next) = self.next.take() else {
             self.doubt = doubtful.or(self.doubt);
@@ -147,18 +157,20 @@ impl Gate {
         }
         self.course.get_or_insert(Course::new(next.value)).step(next.value);
         let read = next.validity.from;
-        if let Some(held) = self.before(next) {
+        if let Some(held) = self.repeated(next) {
             let since = held.validity.from.max(next.validity.to - self.max_hold);
             next.validity.from = next.validity.from.min(since);
         }
         self.held = read - next.validity.from;
+        let before = rival.filter(|rival| self.follows(*rival, next)).or(self.anchor);
+        self.before = before;
         self.anchor = Some(next);
         self.doubt = doubtful.or(self.doubt.filter(|doubt| doubt.validity.to >= next.validity.to));
     }
 
     /// The earlier reading that a reading repeats.
     #[inline]
-    fn before(&self, next: Sample) -> Option<Sample> {
+    fn repeated(&self, next: Sample) -> Option<Sample> {
         let repeats = |held: &Sample| held.value == next.value;
         self.anchor.filter(repeats).or_else(|| self.doubt.filter(repeats))
     }
@@ -186,7 +198,8 @@ impl Gate {
             return Measured::Confirming(doubt);
         }
         if let Some(jump) = pace.jump(anchor, sample) {
-            return Measured::TooFast(jump);
+            let rival = self.rival.filter(|rival| !self.is_open && self.follows(*rival, sample));
+            return rival.map_or(Measured::TooFast(jump), Measured::Confirming);
         }
         if self.held > Span::ZERO && !self.is_open {
             let mut last = anchor;
@@ -196,6 +209,11 @@ impl Gate {
             }
         }
         from_doubt.and_then(|(_, jump)| jump).map_or(Measured::Possible, Measured::Refuting)
+    }
+
+    /// Whether a reading can have followed another one.
+    fn follows(&self, one: Sample, next: Sample) -> bool {
+        self.pace.is_none_or(|pace| pace.jump(self.beside(one, next), next).is_none())
     }
 
     /// Notes whether the readings leave the possible range with this one, or return to it.
@@ -226,6 +244,16 @@ impl Gate {
         }
         if self.away.is_some_and(|away| away.restarts) && self.course.is_some_and(|course| course.counts()) {
             self.start_anew();
+        }
+    }
+
+    /// Takes a reading back that others have proved wrong: later readings are measured by the one before it.
+    pub(super) fn refute(&mut self, reading: Validity) {
+        let is_it = |sample: &Sample| sample.validity.to == reading.to;
+        if self.next.as_ref().is_some_and(is_it) {
+            self.next = None;
+        } else if self.anchor.as_ref().is_some_and(is_it) {
+            (self.anchor, self.held) = (self.before, Span::ZERO);
         }
     }
 
@@ -335,7 +363,7 @@ fn newer(one: Sample, other: Sample) -> Sample {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::time::{Time, Validity};
+    use crate::time::Time;
 
     /// Whether readings of whole degrees, one each second through an open gate, are home after each of them.
     fn homes(wraps: Option<f64>, readings: &[f64]) -> std::vec::Vec<bool> {

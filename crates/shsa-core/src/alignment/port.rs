@@ -178,6 +178,11 @@ impl Port {
         self.gate.set_open(open);
     }
 
+    /// Takes a reading back as what later ones are measured by: others have proved it wrong.
+    pub fn refute(&mut self, reading: Validity) {
+        self.gate.refute(reading);
+    }
+
     /// Whether the last reading before a jump could have got to the present ones at the largest rate of change; also true without
     /// a jump.
     #[must_use]

@@ -29,6 +29,7 @@ impl Engine {
         loop {
             let found = self.monitor.outliers(now).find(|it| self.ledger.trusts(it.signal));
             let Some(outlier) = found else { return };
+            self.monitor.refute(&outlier);
             if self.monitor.note_outlier(outlier.signal, outlier.sample.validity.to) {
                 let event = outlier_event(&self.knowledge, &self.monitor, &outlier, now);
                 self.outputs.push_back(Output::Event(event));

@@ -84,7 +84,8 @@ impl Round<'_> {
             };
             let known =
                 if pair.is_of_lines { pair.guessed(watched, other, output, known, validity) } else { known };
-            let recorded = pair.record(output, &known, validity, self.now);
+            let of_newest = || newest.and_then(|_| other.newest_end());
+            let recorded = pair.record(output, &known, validity, self.now, of_newest);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
                 self.index.note(number, restless);
@@ -134,7 +135,7 @@ impl Round<'_> {
                         (measured, known)
                     };
                     let known = pair.guessed(watched, other, &output, known, sample.validity);
-                    let recorded = pair.record(&output, &known, sample.validity, self.now);
+                    let recorded = pair.record(&output, &known, sample.validity, self.now, || None);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);

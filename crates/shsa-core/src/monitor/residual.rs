@@ -25,6 +25,8 @@ pub struct Disagreement {
     pub value: Interval,
     /// The value of the faster way at the same moment, SI.
     pub other: Interval,
+    /// When the faster way's output ended, where this value rests on its newest one.
+    pub(super) output: Option<Time>,
 }
 
 /// Two ways of knowing one variable.
@@ -115,7 +117,8 @@ impl Residual {
         known.with_guess(faster.guess(&line, usual, moment, self.bends.most()))
     }
 
-    /// Takes in a comparison.
+    /// Takes in a comparison. `output`: when the faster way's output ended, where the value rests on its newest one: one output is evidence
+    /// once, however often it is compared.
     // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn record(
@@ -124,12 +127,17 @@ impl Residual {
         other: &Measured,
         validity: Validity,
         now: Time,
+        output: impl FnOnce() -> Option<Time>,
     ) -> ResidualRecord {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
         let was_restless = self.is_restless();
         let (before, is_surer) = if disagrees || was_restless {
-            self.look_closely(disagrees, value, other, now)
+            let output = if disagrees { output() } else { None };
+            if output.is_some() && self.disagreement.is_some_and(|last| last.output == output) {
+                return ResidualRecord { changed: false, restless: None };
+            }
+            self.look_closely(disagrees, value, (other, output), now)
         } else {
             // The most frequent case: no recent disagreement, and none now.
             self.trend.relax();
@@ -150,7 +158,8 @@ impl Residual {
     pub(super) fn record_apart(&mut self, value: &Measured, range: &Measured, now: Time) -> ResidualRecord {
         self.made += 1;
         let was_restless = self.is_restless();
-        let (before, is_surer) = self.look_closely(!value.value.overlaps(range.value), value, range, now);
+        let (before, is_surer) =
+            self.look_closely(!value.value.overlaps(range.value), value, (range, None), now);
         let is_restless = self.window.is_restless();
         ResidualRecord {
             changed: is_surer || before != self.window.latest_state(),
@@ -165,14 +174,15 @@ impl Residual {
         &mut self,
         disagrees: bool,
         value: &Measured,
-        other: &Measured,
+        (other, output): (&Measured, Option<Time>),
         now: Time,
     ) -> (ResidualState, bool) {
         let was_sure = self.is_sure();
         let is_above = value.value.lo() > other.value.lo();
         let before = together(self.window.record(disagrees, is_above, now), self.trend.tendency());
         if disagrees {
-            self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
+            self.disagreement =
+                Some(Disagreement { time: now, value: value.value, other: other.value, output });
             let seconds = self.window.period().seconds();
             self.moved.0 += seconds * (value.middle() - other.middle());
             self.moved.1 += 0.5 * seconds * (value.width() + other.width());

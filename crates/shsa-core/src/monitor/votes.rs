@@ -63,6 +63,11 @@ impl Monitor {
         })
     }
 
+    /// Takes a proven outlier back as what later readings of its signal are measured by.
+    pub fn refute(&mut self, outlier: &Outlier) {
+        self.ports[outlier.signal].refute(outlier.sample.validity);
+    }
+
     /// Notes that a signal had an outlier at a time; returns whether it is to be told: not too often.
     pub fn note_outlier(&mut self, signal: SignalId, at: Time) -> bool {
         self.outliers[signal].note(at)

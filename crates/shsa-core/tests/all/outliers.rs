@@ -109,4 +109,14 @@ proptest! {
         let later = events[0].time.0 - at;
         prop_assert!((0..=300_000_000).contains(&later), "{} ns later", later);
     }
+
+    // A small wrong reading is possible after the one before it, so that the right ones after it seem to jump.
+    #[test]
+    fn a_reading_that_others_refute_fails_no_sensor(mut world in world(), small in 2.0..4.0_f64) {
+        world.declares_rate = true;
+        world.off = small.copysign(world.off);
+        let (run, _) = world.run();
+        let failed = run.events(EventKind::Failed);
+        prop_assert!(failed.is_empty(), "{:?}", failed);
+    }
 }
