@@ -13,6 +13,16 @@ const OFF_EVEN: f64 = 2e-3;
 /// A change by more than this share of a turn within one period is a wrap.
 const WRAPPED: f64 = 0.8;
 
+/// A turn may be exceeded by its rounding.
+const ROUNDED_TURN: f64 = 1.001;
+
+/// The share of the steps between values that are usual, and how much larger than these a wrap may be.
+const USUAL: f64 = 0.99;
+const MORE: f64 = 2.0;
+
+/// Whole turns of angles whose unit nobody names: in radians, degrees and hundredths of degrees, as autopilots log them.
+const TURNS: [f64; 3] = [std::f64::consts::TAU, 360.0, 36_000.0];
+
 /// More values at one time than these, on average, are of messages whose times do not advance: a GNSS receiver sends no more
 /// sentences before its clock moves.
 const MOST_AT_ONCE: usize = 50;
@@ -112,7 +122,7 @@ impl Facts {
             quantum,
             noise,
             fastest: fastest.max(slow_rate(points, whole)),
-            wraps: wraps && range.1 - range.0 <= whole * 1.001,
+            wraps: wraps && range.1 - range.0 <= whole * ROUNDED_TURN,
             levels: levels(points),
             drifts: is_monotone(&steps) || leaves_first_half(points),
             is_even: is_even(points),
@@ -135,6 +145,26 @@ impl Facts {
 }
 
 impl Column {
+    /// The turn that the values themselves show: all lie within one, from 0 or about 0, and what jumps from one of its ends to the other is a usual
+    /// step the shorter way round. Time: O(n log n).
+    pub(super) fn seen_turn(&self) -> Option<f64> {
+        let values = self.signal.points.iter().map(|(_, value)| *value);
+        let (low, high) =
+            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
+        let holds = |turn: &f64| {
+            let most = turn * ROUNDED_TURN;
+            let from_zero = low >= 0.0 && high <= most;
+            let about_zero = low >= -0.5 * most && high <= 0.5 * most;
+            high - low > WRAPPED * turn && (from_zero || about_zero)
+        };
+        TURNS.into_iter().filter(holds).find(|turn| {
+            let (wraps, usual): (Vec<f64>, Vec<f64>) =
+                steps(self).iter().map(|step| step.1.abs()).partition(|step| *step > WRAPPED * turn);
+            let usual = quantile(&sorted(usual.into_iter()), USUAL).unwrap_or(0.0);
+            !wraps.is_empty() && wraps.iter().all(|step| (turn - step).abs() <= MORE * usual)
+        })
+    }
+
     /// The column without the values at these places, which are in order.
     fn without(&self, places: &[usize]) -> Column {
         let stays = |at: &usize| places.binary_search(at).is_err();
@@ -273,6 +303,34 @@ mod tests {
         heading.turn = Some(360.0);
         let facts = Facts::of(&heading).unwrap();
         assert!(facts.wraps && facts.fastest < 60.0, "{facts:?}");
+        heading.turn = None;
+        assert_eq!(heading.seen_turn(), Some(360.0));
         assert_eq!(Facts::of(&column([1.0].into_iter(), 1.0)), None);
+    }
+
+    #[test]
+    fn a_turn_is_seen_where_values_go_round_and_where_they_swing_about_its_end() {
+        let round = |turn: f64, from: f64, swing: bool, seed: u32| {
+            let angle = move |at: u32| {
+                let time = f64::from(at) / 100.0;
+                let wide = if swing { 0.1 } else { 3.0 };
+                turn * (wide * (0.37 * time + f64::from(seed)).sin() + 0.02 * (2.9 * time).sin())
+            };
+            (0..4_000).map(move |at| (angle(at) - from).rem_euclid(turn) + from)
+        };
+        for seed in 0..8 {
+            for turn in TURNS {
+                for (from, swing) in [(0.0, false), (0.0, true), (-0.5 * turn, false)] {
+                    let column = column(round(turn, from, swing, seed), 0.01);
+                    assert_eq!(column.seen_turn(), Some(turn), "{seed}: {turn} from {from}, {swing}");
+                }
+            }
+        }
+        // Kelvins with values of 0, a saw-tooth that falls slower, and a wave as wide as a turn.
+        let lost = |at: u32| if at % 97 == 5 { 0.0 } else { 320.0 + 9.0 * (f64::from(at) / 30.0).sin() };
+        assert_eq!(column((0..2_000).map(lost), 0.1).seen_turn(), None);
+        let saw = |at: u32| if at % 100 < 95 { 3.7 * f64::from(at % 100) } else { 0.0 };
+        assert_eq!(column((0..2_000).map(saw), 0.1).seen_turn(), None);
+        assert_eq!(column((0..2_000).map(|at| 180.0 * (f64::from(at) / 9.0).sin()), 0.1).seen_turn(), None);
     }
 }

@@ -355,6 +355,7 @@ impl Points {
     fn column(self, about: &mut About, kind: String) -> Column {
         let signal = Signal { name: about.signal.clone(), unit: None, points: self.points };
         let mut column = Column { signal, breaks: self.breaks, kind, turn: None };
+        column.turn = column.seen_turn();
         about.declared_unit.iter().for_each(|unit| column.take_unit(unit));
         column
     }
