@@ -173,18 +173,17 @@ impl Port {
         (stamp + late < before + early).then(|| before - stamp)
     }
 
-    /// Opens the gate when too fast changes have become frequent, or closes it. To be called after all observations of a moment.
+    /// Opens the gate when too fast changes have become frequent, or closes it; after all observations of a moment.
     pub fn set_gate(&mut self, open: bool) {
         self.gate.set_open(open);
     }
 
-    /// Takes a reading back as what later ones are measured by: others have proved it wrong.
+    /// Measures later readings by the one before this one, which others have proved wrong.
     pub fn refute(&mut self, reading: Validity) {
         self.gate.refute(reading);
     }
 
-    /// Whether the last reading before a jump could have got to the present ones at the largest rate of change; also true without
-    /// a jump.
+    /// Whether the last reading before a jump, if any, could have got to the present ones at the largest rate of change.
     #[must_use]
     pub fn has_returned(&self) -> bool {
         self.gate.has_returned()

@@ -84,7 +84,7 @@ impl Round<'_> {
             };
             let known =
                 if pair.is_of_lines { pair.guessed(watched, other, output, known, validity) } else { known };
-            let of_newest = || newest.and_then(|_| other.newest_end());
+            let of_newest = || newest.and_then(|_| newest_end(other));
             let recorded = pair.record(output, &known, validity, self.now, of_newest);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
@@ -173,6 +173,11 @@ impl Round<'_> {
         }
         self.consensus.rate_values(way, measured, self.now);
     }
+}
+
+/// When the newest output of a way ended, where an output counts for its own moment only.
+fn newest_end(way: &WatchedWay) -> Option<Time> {
+    way.outputs.newest(0).filter(|_| !way.reach.stands).map(|newest| newest.validity.to)
 }
 
 /// The alternatives in which two values agree best, where one of them has several. The value beside is taken apart only where it

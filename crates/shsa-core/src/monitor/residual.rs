@@ -137,7 +137,7 @@ impl Residual {
             if output.is_some() && self.disagreement.is_some_and(|last| last.output == output) {
                 return ResidualRecord { changed: false, restless: None };
             }
-            self.look_closely(disagrees, value, (other, output), now)
+            self.look_closely(disagrees, value, other, output, now)
         } else {
             // The most frequent case: no recent disagreement, and none now.
             self.trend.relax();
@@ -159,7 +159,7 @@ impl Residual {
         self.made += 1;
         let was_restless = self.is_restless();
         let (before, is_surer) =
-            self.look_closely(!value.value.overlaps(range.value), value, (range, None), now);
+            self.look_closely(!value.value.overlaps(range.value), value, range, None, now);
         let is_restless = self.window.is_restless();
         ResidualRecord {
             changed: is_surer || before != self.window.latest_state(),
@@ -174,7 +174,8 @@ impl Residual {
         &mut self,
         disagrees: bool,
         value: &Measured,
-        (other, output): (&Measured, Option<Time>),
+        other: &Measured,
+        output: Option<Time>,
         now: Time,
     ) -> (ResidualState, bool) {
         let was_sure = self.is_sure();

@@ -162,11 +162,6 @@ impl WatchedWay {
         Some(measured.widened(margin + self.blur))
     }
 
-    /// When its newest output ended, where an output counts for its own moment only.
-    pub(super) fn newest_end(&self) -> Option<Time> {
-        self.outputs.newest(0).filter(|_| !self.reach.stands).map(|newest| newest.validity.to)
-    }
-
     /// How far from an output its value counts.
     #[inline]
     fn near_reach(&self) -> Reach {

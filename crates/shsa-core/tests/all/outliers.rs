@@ -119,4 +119,15 @@ proptest! {
         let failed = run.events(EventKind::Failed);
         prop_assert!(failed.is_empty(), "{:?}", failed);
     }
+
+    #[test]
+    fn one_wrong_reading_of_whatever_size_fails_no_sole_sensor(mut world in world(), off in -60.0..60.0_f64) {
+        world.declares_rate = true;
+        world.off = off;
+        world.sensors.truncate(1);
+        world.liar = 0;
+        let (run, _) = world.run();
+        let failed = run.events(EventKind::Failed);
+        prop_assert!(failed.is_empty(), "{:?}", failed);
+    }
 }
