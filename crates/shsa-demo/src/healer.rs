@@ -28,7 +28,7 @@ pub struct Decision {
 }
 
 /// What the engine gives.
-pub(crate) enum Healed {
+pub enum Healed {
     /// A value for a need.
     Value(Publication),
     /// A decision.
@@ -36,14 +36,16 @@ pub(crate) enum Healed {
 }
 
 /// The engine at work over a model.
-pub(crate) struct Healer {
+pub struct Healer {
     engine: Engine,
 }
 
 impl Healer {
+    /// The engine at its start; `path` names the model in messages.
+    ///
     /// # Errors
     /// [`DemoError::Model`] when the model is invalid, which tests exclude.
-    pub(crate) fn new(model: &str, path: &str, options: Options) -> Result<Healer, DemoError> {
+    pub fn new(model: &str, path: &str, options: Options) -> Result<Healer, DemoError> {
         let loaded = shsa_model::load(model, path);
         if !loaded.report.ok() {
             return Err(DemoError::Model(loaded.report.render(false)));
@@ -52,36 +54,37 @@ impl Healer {
     }
 
     /// The signals with the source of each.
-    pub(crate) fn sources(&self) -> impl Iterator<Item = (SignalId, &str)> {
+    pub fn sources(&self) -> impl Iterator<Item = (SignalId, &str)> {
         self.engine.knowledge().signals().enumerate().map(|(id, signal)| (id, &*signal.source))
     }
 
     /// The needs, each with the name of its variable.
-    pub(crate) fn needs(&self) -> impl Iterator<Item = (NeedId, &str)> {
+    pub fn needs(&self) -> impl Iterator<Item = (NeedId, &str)> {
         let knowledge = self.engine.knowledge();
         let name = |need| &*knowledge.variables()[knowledge.needs()[need].variable].name;
         knowledge.needs().ids().map(move |need| (need, name(need)))
     }
 
     /// What serves a need at present, as text.
-    pub(crate) fn source(&self, need: NeedId) -> String {
+    #[must_use]
+    pub fn source(&self, need: NeedId) -> String {
         let source = self.engine.need_status(need).source;
         source.as_ref().map_or_else(|| "nothing".to_string(), words::served_by)
     }
 
     /// Takes a value in, after the time until its reception has passed.
-    pub(crate) fn observe(&mut self, signal: SignalId, stamp: Time, received: Time, value: RawValue) {
+    pub fn observe(&mut self, signal: SignalId, stamp: Time, received: Time, value: RawValue) {
         self.engine.pass(Ticks::before(received));
         self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
     }
 
     /// Lets the time pass.
-    pub(crate) fn pass(&mut self, now: Time) {
+    pub fn pass(&mut self, now: Time) {
         self.engine.pass(Ticks::up_to(now));
     }
 
     /// The next value or decision.
-    pub(crate) fn poll(&mut self) -> Option<Healed> {
+    pub fn poll(&mut self) -> Option<Healed> {
         loop {
             match self.engine.poll()? {
                 Output::Event(event) => return Some(Healed::Decision(self.decision(event))),
@@ -106,12 +109,14 @@ impl Healer {
 }
 
 /// The moment in the middle of a validity.
-pub(crate) fn middle(validity: Validity) -> Time {
+#[must_use]
+pub fn middle(validity: Validity) -> Time {
     Time(validity.from.0.midpoint(validity.to.0))
 }
 
 /// A published number; `None` for a list.
-pub(crate) fn scalar(value: &PublishedValue) -> Option<Interval> {
+#[must_use]
+pub fn scalar(value: &PublishedValue) -> Option<Interval> {
     match value {
         PublishedValue::Scalar(interval) => Some(*interval),
         PublishedValue::Vector(_) => None,

@@ -1,19 +1,17 @@
-//! Simulated systems that break and heal, for demonstrations, programs and tests without sensors of their own.
+//! A simulated robot that breaks and heals, for the demonstration of the README, and for programs and tests without sensors of their own.
 //!
 //! [`rover`] is a robot on a bus: [`rover::simulate`] runs it in real time beside whatever listens, [`rover::Trial`] in
-//! simulated time together with the engine, measured against the truth. So are [`pack`], a battery of 96 cells in a car, and
-//! [`radars`] over the traffic of a road. [`platoon`] is two trucks for two instances. [`stories`] are systems as stories, some of
-//! them under contract.
+//! simulated time together with the engine, measured against the truth. The engine over a compiled-in model is a [`Healer`]; a
+//! [`terminal`], the picture of a [`scan`] and the [`verdict`] on a signal show what happens.
 
 mod error;
 mod healer;
 mod trial;
-pub mod pack;
-pub mod platoon;
-pub mod radars;
 pub mod rover;
-pub mod stories;
+pub mod terminal;
+pub mod verdict;
+pub mod scan;
 
 pub use error::DemoError;
-pub use healer::Decision;
+pub use healer::{Decision, Healed, Healer, middle, scalar};
 pub use trial::{Happening, Provision};

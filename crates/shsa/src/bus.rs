@@ -1,7 +1,6 @@
 //! `--bus ..`: the arguments of every command that uses a bus.
 
 use shsa_bridge::{Address, BusOptions};
-use shsa_demo::rover::port::Encoding;
 use std::path::PathBuf;
 
 /// The arguments of every command that uses a bus.
@@ -43,15 +42,6 @@ pub(crate) struct BusArguments {
 }
 
 impl BusArguments {
-    /// What the messages of the simulated rover's programs look like on this bus.
-    pub(crate) fn rover_encoding(&self) -> Encoding {
-        if matches!(self.bus, Address::Ros2(_) | Address::Ros2Dds(_)) {
-            Encoding::Ros2
-        } else {
-            Encoding::Json
-        }
-    }
-
     /// The options of the bus that the arguments name.
     pub(crate) fn options(&self) -> BusOptions {
         BusOptions {

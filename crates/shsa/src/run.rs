@@ -55,7 +55,7 @@ GET /health, /state, /events, /events/stream, /metrics; POST /orders with `Autho
 On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of each need; requests to shsa/NAME/request."
 )]
 pub(crate) struct Arguments {
-    /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
+    /// The knowledge bases, YAML or JSON; none and no bus: the model of the simulated robot.
     models: Vec<PathBuf>,
     /// The name of this instance on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
@@ -328,12 +328,15 @@ fn line(decision: &Decision<'_>) -> String {
     }
 }
 
-/// Loads the models, or the model of the simulated robot on this bus.
+/// Loads the models; without any, that of the simulated robot, which runs without a bus.
 fn models(paths: &[PathBuf], bus: &BusArguments) -> anyhow::Result<Vec<Model>> {
     if !paths.is_empty() {
         return paths.iter().map(|path| Ok(Model::of_file(path, show::load_live(path)?))).collect();
     }
-    let (name, text) = (ROVER, &rover::model(bus.rover_encoding()));
+    if bus.bus != Address::Memory {
+        anyhow::bail!("no model was given: name one, as in `shsa run MODEL --bus {}`", bus.bus);
+    }
+    let (name, text) = (ROVER, rover::MODEL);
     let (live, _) =
         Live::load(Written { name, text }).map_err(|report| anyhow::anyhow!(report.render(false)))?;
     Ok(vec![Model::of_file(Path::new(name), live)])

@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
         written::ensure_free([path.as_path()], &[story])?;
         let bytes = std::fs::read(story).with_context(|| format!("cannot read {}", story.display()))?;
-        return run_story(&load(story)?, Some((path, &provenance(story, &bytes))));
+        return run_story(&load(story)?, path, &provenance(story, &bytes));
     }
     let mut is_met = true;
     for path in &arguments.stories {
@@ -45,12 +45,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Runs a story, and writes the page about it.
-pub(crate) fn run_story(story: &Story, report: Option<(&Path, &Provenance)>) -> anyhow::Result<Outcome> {
+fn run_story(story: &Story, path: &Path, made: &Provenance) -> anyhow::Result<Outcome> {
     let is_met = print_story(story)?;
-    if let Some((path, made)) = report {
-        let page = story_page(story, made)?;
-        std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    let page = story_page(story, made)?;
+    std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(if is_met { Outcome::Done } else { Outcome::No })
 }
 

@@ -5,8 +5,10 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 use std::path::Path;
 
-/// The features of released programs, and of all that is tested, beside the default ones.
+/// The features of released programs beside the default ones.
 pub(crate) const RELEASED: &str = "shsa/ros2-dds";
+/// Those of all that is tested.
+pub(crate) const TESTED: &str = "shsa/ros2-dds,shsa-demos/ros2-dds";
 
 /// The workspace's folder.
 pub(crate) fn root() -> &'static Path {

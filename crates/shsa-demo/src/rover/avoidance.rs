@@ -24,7 +24,7 @@ pub enum Mode {
 
 /// The controller's state.
 #[derive(Clone, Debug)]
-pub(super) struct Avoidance {
+pub struct Avoidance {
     pub(super) mode: Mode,
     command: Command,
     dmin: Option<(Time, f64)>,
@@ -51,7 +51,9 @@ pub fn stop_distance(speed: f64) -> f64 {
 }
 
 impl Avoidance {
-    pub(super) fn new(seed: u64) -> Avoidance {
+    /// A controller at rest; its turns and curves are those of the seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Avoidance {
         let random = ChaCha8Rng::seed_from_u64(seed);
         Avoidance {
             mode: Mode::Blind,
@@ -66,17 +68,17 @@ impl Avoidance {
     }
 
     /// Takes in a `dmin` in metres: the lower bound, if it has one.
-    pub(super) fn observe(&mut self, stamp: Time, dmin: f64) {
+    pub fn observe(&mut self, stamp: Time, dmin: f64) {
         self.dmin = Some((stamp, dmin));
     }
 
     /// The bumper was hit.
-    pub(super) fn bumped(&mut self, now: Time) {
+    pub fn bumped(&mut self, now: Time) {
         self.mode = Mode::BackOff(now + Span::from_millis(1_000));
     }
 
     /// The present command at a speed of `speed` m/s; decided anew if `due`.
-    pub(super) fn command(&mut self, now: Time, speed: f64, due: bool) -> Command {
+    pub fn command(&mut self, now: Time, speed: f64, due: bool) -> Command {
         if due {
             self.command = self.decide(now, speed);
         }

@@ -1,6 +1,5 @@
 //! `dmin` from whatever can be trusted: the engine over the model of the rover.
 
-use super::port::Encoding;
 use super::provider::{Provided, Provider};
 use crate::DemoError;
 use crate::healer::{Healed, Healer, middle};
@@ -13,24 +12,8 @@ use shsa_core::time::{Span, Time};
 use shsa_message::source::split_topic;
 use std::collections::BTreeMap;
 
-/// The model is compiled in, so that the demonstration runs anywhere.
-const MODEL: &str = include_str!("../../models/rover.yaml");
-
-/// What is different in the model over ROS 2: texts, and what replaces them.
-const OVER_ROS2: [[&str; 2]; 2] = [
-    ["variable: v_3D, source: /depth/image#data", "variable: v_2D, source: /depth/scan#ranges"],
-    ["source: /odom/speed", "source: /odom#twist.twist.linear.x"],
-];
-
-/// The model of the rover whose programs speak like this. Over ROS 2 the depth camera gives scans, as by `depthimage_to_laserscan`,
-/// and the odometry is a `nav_msgs/msg/Odometry`.
-#[must_use]
-pub fn model(encoding: Encoding) -> String {
-    match encoding {
-        Encoding::Json => MODEL.to_owned(),
-        Encoding::Ros2 => OVER_ROS2.iter().fold(MODEL.to_owned(), |text, [from, to]| text.replace(from, to)),
-    }
-}
+/// The model of the rover, compiled in, so that the demonstration runs anywhere.
+pub const MODEL: &str = include_str!("../../models/rover.yaml");
 
 /// A conflict takes three disagreements in four comparisons. When an obstacle's edge enters or leaves the field of view, `dmin`
 /// jumps: a sensor that measured before the jump then disagrees twice with a sensor that measured after it.
@@ -107,33 +90,5 @@ fn raw(value: &PublishedValue) -> RawValue {
         PublishedValue::Vector(intervals) => {
             RawValue::Vector(intervals.iter().map(|i| i.midpoint()).collect())
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_model_over_ros2_has_the_same_signals_from_other_topics() {
-        for [from, _] in OVER_ROS2 {
-            assert_eq!(MODEL.matches(from).count(), 1, "{from}");
-        }
-        let signals = |encoding| {
-            let loaded = shsa_model::load(&model(encoding), "rover.yaml");
-            assert!(loaded.report.ok(), "{}", loaded.report.render(false));
-            let signals = loaded.knowledge.signals().iter();
-            signals.map(|signal| (signal.name.clone(), signal.source.clone())).collect::<Vec<_>>()
-        };
-        let (json, ros2) = (signals(Encoding::Json), signals(Encoding::Ros2));
-        assert!(json.iter().map(|it| &it.0).eq(ros2.iter().map(|it| &it.0)));
-        let sources: Vec<&str> = ros2.iter().map(|it| &*it.1).collect();
-        let expected = [
-            "/lidar/scan#ranges",
-            "/sonar/ranges#ranges",
-            "/depth/scan#ranges",
-            "/odom#twist.twist.linear.x",
-        ];
-        assert_eq!(sources, expected);
     }
 }

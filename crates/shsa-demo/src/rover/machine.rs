@@ -16,7 +16,7 @@ use shsa_bridge::{Bridge, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 
 /// The step of the simulated time.
-pub(super) const STEP: Span = Span::from_millis(5);
+pub const STEP: Span = Span::from_millis(5);
 /// How often the controller decides.
 const CONTROL: Span = Span::from_millis(20);
 /// The number of messages that may wait for a member of the bus.
@@ -114,8 +114,9 @@ impl Machine {
     }
 }
 
-/// A random pose with free space around it.
-pub(super) fn start(seed: u64, room: &Room) -> Pose {
+/// A random pose with free space around it: that of the seed.
+#[must_use]
+pub fn start(seed: u64, room: &Room) -> Pose {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(9);
     loop {

@@ -9,25 +9,26 @@ mod sensors;
 mod faults;
 mod avoidance;
 mod provider;
-pub mod port;
 mod healed;
 mod machine;
-pub mod process;
 mod score;
 mod trial;
 
-pub use avoidance::{Mode, stop_distance};
+pub use avoidance::{Avoidance, Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
-pub use healed::{Settings, model};
+pub use healed::{MODEL, Settings};
+pub use machine::{STEP, start};
 pub use provider::{NEED, lower_bound};
-pub use robot::Robot;
+pub use robot::{Command, Robot};
 pub use room::{Point, Pose, Room};
 pub use score::Score;
-pub use sensors::{Beams, DEPTH, LIDAR, ODOMETRY, SONAR, level, nearest_seen};
+pub use sensors::{
+    Beams, DEPTH, LIDAR, ODOMETRY, SONAR, Sample, Sensor, all, level, nearest_seen, true_dmin,
+};
 pub use trial::{Happening, Trial, View};
 
 use crate::DemoError;
-use machine::{Machine, STEP};
+use machine::Machine;
 use shsa_bridge::memory::MemoryBus;
 use shsa_core::time::Time;
 use std::sync::Arc;

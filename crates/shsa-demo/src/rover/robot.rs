@@ -4,11 +4,11 @@ use super::room::{Pose, Room};
 
 /// A command to the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Command {
+pub struct Command {
     /// Speed in m/s; negative is backwards.
-    pub(super) speed: f64,
+    pub speed: f64,
     /// Turn rate in rad/s; positive is left.
-    pub(super) turn_rate: f64,
+    pub turn_rate: f64,
 }
 
 /// Pose and motion.
@@ -39,7 +39,7 @@ impl Robot {
     }
 
     /// Moves for `dt` seconds, and stops at an obstacle; returns whether it has just hit one.
-    pub(super) fn step(&mut self, command: Command, room: &Room, dt: f64) -> bool {
+    pub fn step(&mut self, command: Command, room: &Room, dt: f64) -> bool {
         let braking = command.speed.abs() < self.speed.abs() || command.speed * self.speed < 0.0;
         let most = dt * if braking { Self::DECELERATION } else { Self::ACCELERATION };
         self.speed += (command.speed - self.speed).clamp(-most, most);

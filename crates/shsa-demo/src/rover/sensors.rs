@@ -35,8 +35,9 @@ const ROW_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
 /// The height of the depth camera above the floor, which its lower rows see, metres.
 const CAMERA_HEIGHT: f64 = 0.3;
 
-/// The smallest distance in the field of view.
-pub(super) fn true_dmin(room: &Room, robot: &Robot) -> f64 {
+/// The true smallest distance in the field of view, metres.
+#[must_use]
+pub fn true_dmin(room: &Room, robot: &Robot) -> f64 {
     room.nearest(robot.pose, HALF_FIELD)
 }
 
@@ -45,8 +46,9 @@ type Measure = fn(&Room, &Robot) -> Vec<f64>;
 
 /// A sensor: measures, adds its errors, and sets the time of arrival.
 #[derive(Clone, Debug)]
-pub(super) struct Sensor {
-    pub(super) topic: &'static str,
+pub struct Sensor {
+    /// The topic of its measurements.
+    pub topic: &'static str,
     period: Span,
     jitter_ms: f64,
     delay_ms: (f64, f64),
@@ -60,15 +62,20 @@ pub(super) struct Sensor {
 
 /// A measurement under way.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Sample {
-    pub(super) topic: &'static str,
-    pub(super) stamp: Time,
-    pub(super) arrival: Time,
-    pub(super) value: RawValue,
+pub struct Sample {
+    /// The topic of the sensor.
+    pub topic: &'static str,
+    /// When it was measured.
+    pub stamp: Time,
+    /// When it reaches the bus.
+    pub arrival: Time,
+    /// The measured value, with its error.
+    pub value: RawValue,
 }
 
 /// The four sensors of the demonstration; each has its own stream of random numbers.
-pub(super) fn all(seed: u64) -> Vec<Sensor> {
+#[must_use]
+pub fn all(seed: u64) -> Vec<Sensor> {
     let sensor = |stream, topic, hertz: f64, jitter_ms, delay_ms, noise, measure: Measure| {
         let period = Span::from_seconds(1.0 / hertz);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -85,8 +92,8 @@ pub(super) fn all(seed: u64) -> Vec<Sensor> {
 }
 
 impl Sensor {
-    /// Measures if a measurement is due.
-    pub(super) fn sample(&mut self, now: Time, room: &Room, robot: &Robot) -> Option<Sample> {
+    /// The measurement of this moment; `None` while none is due.
+    pub fn sample(&mut self, now: Time, room: &Room, robot: &Robot) -> Option<Sample> {
         if now < self.due {
             return None;
         }

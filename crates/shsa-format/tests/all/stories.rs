@@ -124,3 +124,27 @@ fn the_journal_of_a_story_gives_the_same_events() {
         assert_eq!(events(&run), events(&story.run().run), "{name}");
     }
 }
+
+/// Noise of other seeds changes no outcome of the stories that are shown as demonstrations.
+#[test]
+fn the_shown_stories_hold_for_twenty_seeds() {
+    let names = [
+        "02-every-way-to-the-steering-angle.yaml",
+        "04-a-room-and-its-heating.yaml",
+        "04-a-tank-and-its-flows.yaml",
+        "25-the-vote-of-three.yaml",
+        "28-a-car-loses-its-speed.yaml",
+        "28-a-platoon-over-a-bad-link.yaml",
+        "28-sonar-and-camera-together.yaml",
+    ];
+    for name in names {
+        let text = std::fs::read_to_string(folder().join(name)).expect("the story");
+        for seed in 1..=20 {
+            let seeded = text.replacen("\ntrace:\n", &format!("\ntrace:\n  seed: {seed}\n"), 1);
+            assert_ne!(seeded, text);
+            let story = story::load(&seeded, name, &folder()).story.expect("no errors");
+            let outcome = story.run();
+            assert!(outcome.is_met(), "{name}, seed {seed}: {}", unmet(&outcome));
+        }
+    }
+}

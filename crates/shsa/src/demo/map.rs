@@ -1,7 +1,7 @@
 //! The room drawn with characters: two rows of the room in one line of text.
 
-use super::terminal::{Cell, Ink};
 use shsa_demo::rover::{Point, Robot, Room};
+use shsa_demo::terminal::{Cell, Ink};
 
 /// Columns of the map, walls included.
 pub(super) const MAP_WIDTH: usize = 50;

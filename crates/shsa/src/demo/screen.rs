@@ -1,8 +1,6 @@
 //! The output of the robot in one process: events line by line, and on a terminal a live picture of the room below them.
 
 use super::map::{self, MAP_WIDTH};
-use super::terminal::{Cell, Ink, Line, Terminal, bar};
-use super::verdict::State;
 use shsa_bridge::Message;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
@@ -10,6 +8,8 @@ use shsa_demo::Decision;
 use shsa_demo::rover::{
     Beams, DEPTH, LIDAR, Mode, NEED, ODOMETRY, Point, SONAR, View, lower_bound, nearest_seen, stop_distance,
 };
+use shsa_demo::terminal::{Cell, Ink, Line, Terminal, bar};
+use shsa_demo::verdict::State;
 use std::collections::{BTreeMap, VecDeque};
 use std::io;
 

@@ -90,7 +90,7 @@ fn viewers_of(_: &Arguments, _: &Model) -> anyhow::Result<Option<Box<dyn Sink + 
 fn text(arguments: &Arguments, model: &Model) -> anyhow::Result<(PathBuf, Vec<u8>)> {
     let path = model.path.clone().unwrap_or_default();
     if arguments.models.is_empty() {
-        return Ok((path, rover::model(arguments.bus.rover_encoding()).into()));
+        return Ok((path, rover::MODEL.into()));
     }
     let bytes = std::fs::read(&path).with_context(|| format!("cannot read {} again", path.display()))?;
     Ok((path, bytes))

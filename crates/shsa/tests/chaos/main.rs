@@ -32,3 +32,8 @@ mod twins;
 mod newcomer;
 mod hung;
 mod sequences;
+
+/// The program under test.
+fn program() -> &'static str {
+    env!("CARGO_BIN_EXE_shsa")
+}

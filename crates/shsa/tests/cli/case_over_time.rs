@@ -2,6 +2,7 @@
 
 use crate::folder::Folder;
 
+const STORIES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../stories");
 const STORY: &[u8] = include_bytes!("../../../../stories/28-a-running-substitute-is-demoted.yaml");
 
 /// The text between the first `before` and the next `after`.
@@ -69,22 +70,20 @@ fn the_ground_and_level_of_what_goes_out_are_reported() {
     assert_eq!(["/lidar", "/camera by by_camera", "/sonar by by_sonar"].map(has_served), ["yes"; 3]);
 }
 
-/// A demonstration is the story, and its page the story's.
+/// The page of a story under contract has its assurance case.
 #[test]
-fn demonstrations_are_reported_with_their_cases() {
+fn stories_are_reported_with_their_cases() {
     let folder = Folder::new();
     for (name, words) in [
-        ("car", "full"),
-        ("stop", "/sonar/nearest, /camera/nearest by together"),
-        ("platoon", "asil_b of /leader/speed"),
+        ("28-a-car-loses-its-speed", "full"),
+        ("28-sonar-and-camera-together", "/sonar/nearest, /camera/nearest by together"),
+        ("28-a-platoon-over-a-bad-link", "asil_b of /leader/speed"),
     ] {
-        let output = folder.ends(&format!("demo {name} --report {name}.html"), 0).stdout;
+        let output = folder.ends(&format!("test {STORIES}/{name}.yaml --report {name}.html"), 0).stdout;
         assert!(!output.contains("NO ") && output.contains("refused"), "{output}");
         let page = folder.read(&format!("{name}.html"));
         assert!(between(&page, "<h2>Assurance</h2>", "</section>").contains(words), "{name}: no {words}");
     }
-    folder.refuses("demo stop --fast", &["--seed and --report"]);
-    folder.refuses("demo rover --report out.html", &["--page"]);
 }
 
 /// The level's sensor falls silent after 40 s, and its evidence does not hold any more.

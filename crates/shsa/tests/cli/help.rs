@@ -167,18 +167,6 @@ fn every_command_has_a_manual_page() {
 }
 
 #[test]
-fn the_systems_to_watch_are_listed_and_take_a_seed() {
-    let folder = Folder::new();
-    let list = folder.ends("demo --list", 0).stdout;
-    for system in ["rover", "car", "stop", "platoon", "pack", "radars", "drivetrain", "tank", "room", "vote"]
-    {
-        assert!(list.lines().any(|line| line.starts_with(&format!("{system} "))), "{list}");
-    }
-    let told = |seed: u32| folder.ends(&format!("demo tank --seed {seed}"), 0).stdout;
-    assert!(told(3).contains("failed /float") && told(3) != told(4) && told(3) == told(3));
-}
-
-#[test]
 fn usage_errors_have_status_2() {
     Folder::new().refuses("", &["Usage: shsa <COMMAND>"]);
     Folder::new().refuses("chek model.yaml", &["check"]);

@@ -24,13 +24,16 @@ mod package;
 mod page;
 mod platoon;
 mod prometheus;
-mod radars;
 mod record;
 mod reference;
 mod roles;
-mod rover;
 mod service_manager;
 mod sparkplug;
 mod takeover;
 mod top;
 mod upgrade;
+
+/// The program under test.
+fn program() -> &'static str {
+    env!("CARGO_BIN_EXE_shsa")
+}

@@ -38,9 +38,6 @@ impl Drop for Folder {
     }
 }
 
-/// The program under test.
-const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");
-
 /// A run that is ended when this is dropped.
 pub(crate) struct Running {
     child: Child,
@@ -71,10 +68,10 @@ impl Running {
         let arguments: Vec<&str> = arguments.into_iter().collect();
         let any_port = ["--http", "127.0.0.1:0"].into_iter().filter(|_| !arguments.contains(&"--http"));
         let mut command = match under {
-            [] => Command::new(PROGRAM),
+            [] => Command::new(crate::program()),
             [first, rest @ ..] => {
                 let mut command = Command::new(first);
-                command.args(rest).arg(PROGRAM);
+                command.args(rest).arg(crate::program());
                 command
             }
         };
@@ -105,7 +102,7 @@ impl Running {
     /// The output of a run that ends by itself.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn ended<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Output {
-        let mut command = Command::new(PROGRAM);
+        let mut command = Command::new(crate::program());
         command.args(["run", "--http", "127.0.0.1:0", "--for", "10 s"]).args(arguments).output().unwrap()
     }
 

@@ -259,7 +259,9 @@ fn every_row_about_the_thesis_is_shown_by_a_command_that_runs() {
 fn is_there(words: &[String]) -> bool {
     let mut words = words.iter().map(String::as_str).skip_while(|word| word.contains('='));
     match (words.next(), words.next(), words.collect::<Vec<_>>().as_slice()) {
-        (Some("shsa-bench"), Some(name), _) => is_source("workshop/shsa-bench/src", is_named(name)),
+        (Some(program @ ("shsa-bench" | "shsa-demos")), Some(name), _) => {
+            is_source(&format!("workshop/{program}/src"), is_named(name))
+        }
         (Some("cargo"), Some("xtask"), [name]) => is_source("workshop/xtask/src", is_named(name)),
         (Some("cargo"), Some("test"), ["-p", package]) => {
             folder_of(package).is_some_and(|folder| is_source(&folder, is_tested("")))

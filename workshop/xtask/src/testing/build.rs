@@ -1,7 +1,7 @@
 //! Builds, lints and documents the workspace, and runs the examples in its documentation.
 
 use super::GIVING_WAY;
-use crate::workspace::RELEASED;
+use crate::workspace::TESTED;
 use crate::{command, compiler};
 use anyhow::Result;
 use serde_json::Value;
@@ -79,7 +79,7 @@ fn cargo_test(arguments: &[&str], run: impl FnOnce(&[&str]) -> Result<()>) -> Re
     let compiler = compiler::setting()?;
     // Nobody steps through these programs with a debugger. It takes a tenth of the time to compile them.
     let settings = ["--config", &compiler, "--config", "profile.test.debug=false"];
-    let line = ["cargo", "test", "--workspace", "--locked", "--features", RELEASED];
+    let line = ["cargo", "test", "--workspace", "--locked", "--features", TESTED];
     run(&[&GIVING_WAY[..], &line, arguments, &settings].concat())
 }
 

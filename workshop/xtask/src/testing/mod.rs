@@ -22,8 +22,8 @@ use total::Total;
 const BESIDE: [&str; 2] = ["data", "reference"];
 
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
-const WAITING: [&str; 9] =
-    ["live", "chaos", "mqtt", "sparkplug", "zenoh", "zenoh_quiet", "ros2", "dds", "memory"];
+const WAITING: [&str; 10] =
+    ["live", "demos", "chaos", "mqtt", "sparkplug", "zenoh", "zenoh_quiet", "ros2", "dds", "memory"];
 
 /// How many tests of a program run at a time. Those that mostly wait, in the program that takes longest, need more than one a core.
 const THREADS: [(&str, &str); 1] = [("live", "3")];
@@ -32,7 +32,8 @@ const THREADS: [(&str, &str); 1] = [("live", "3")];
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 
 /// Crates whose tests run a program, which may not be built yet when they are: they wait for it.
-const LATE: [(&str, &str); 3] = [("shsa", "shsa"), ("shsa-bench", "shsa"), ("ratchet", "instructions")];
+const LATE: [(&str, &str); 4] =
+    [("shsa", "shsa"), ("shsa-bench", "shsa"), ("shsa-demos", "shsa"), ("ratchet", "instructions")];
 
 /// From where random cases are drawn, so that what passed once passes again. `cargo test` draws new ones each time.
 const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20190415");

@@ -6,7 +6,7 @@ use crate::workspace::{File, Package};
 /// {model, recording} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 21] = [
+const ARROWS: [(&str, &[&str]); 22] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -84,6 +84,19 @@ const ARROWS: [(&str, &[&str]); 21] = [
             "shsa-drawing",
             "shsa-bridge",
             "shsa-lab",
+            "shsa-runtime",
+            "shsa-demo",
+        ],
+    ),
+    (
+        "shsa-demos",
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-message",
+            "shsa-model",
+            "shsa-format",
+            "shsa-bridge",
             "shsa-runtime",
             "shsa-demo",
         ],
