@@ -236,11 +236,11 @@ fn table(all: &[Measured]) -> Table {
 }
 
 const INTRODUCTION: &str = "\
-Written by `shsa-bench alignment ../shared/data --out docs`.
+Written by `shsa-bench alignment ../shared/data --out workshop/measured`.
 
 The inputs of a substitute come at different rates. When it is computed, *port* takes the latest value of an input, *filter* what a \
 filter makes of all its values for that time, *port, then filter* the latest value while it is younger than half a period. \
-[`access: estimate`](model.md#inputs-of-different-rates) is what a model can say of a signal: the latest value and a share of \
+[`access: estimate`](../../docs/model.md#inputs-of-different-rates) is what a model can say of a signal: the latest value and a share of \
 the change that a line through the last ones predicts; it needs no fit.
 
 Each recorded signal is thinned out to a longer period. The filter is a Kalman filter over a kinematic model of order 1 \

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa-bench generic`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa-bench generic --seeds 100 --out docs")]
+#[command(after_help = "Example: shsa-bench generic --seeds 100 --out workshop/measured")]
 pub(crate) struct Arguments {
     /// How many runs of each experiment; the plots are of the first one.
     #[arg(long, value_name = "N", default_value_t = 100)]
@@ -318,8 +318,9 @@ fn write(folder: &Path, seeds: u64, knowledge: &KnowledgeBase, tables: &[Table])
             plots.push_str(&format!("\n\n![{}]({name})", chart.title));
         }
     }
-    let introduction =
-        format!("Written by `shsa-bench generic --seeds {seeds} --out docs`.\n\n{INTRODUCTION}{plots}");
+    let introduction = format!(
+        "Written by `shsa-bench generic --seeds {seeds} --out workshop/measured`.\n\n{INTRODUCTION}{plots}"
+    );
     write_document(
         folder,
         "generic",

@@ -71,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let settings: Vec<String> =
             variants().iter().map(|it| format!("- *{}*: {}", it.name, it.about)).collect();
         let introduction = format!(
-            "Written by `shsa-bench rover --seeds {seeds} --first {first} --out docs`.\n\n{INTRODUCTION}\n\n{}",
+            "Written by `shsa-bench rover --seeds {seeds} --first {first} --out workshop/measured`.\n\n{INTRODUCTION}\n\n{}",
             settings.join("\n")
         );
         write_document(folder, "rover", "Detection and healing times of the rover", &introduction, &tables)?;

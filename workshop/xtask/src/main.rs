@@ -24,8 +24,8 @@ usage: cargo xtask COMMAND
   ci         the same
   tidy       only the rules of the house: layers, file heads, lengths, words, crates
   licences   only the licences of what is shipped, against deny.toml
-  results    replays the recordings with faults injected, and writes docs/results.md
-  chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it; random
+  results    replays the recordings with faults injected, and writes workshop/measured/results.md
+  chaos      breaks the world around a live run, and writes that section of workshop/measured/results.md (as root: all of it; random
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
   package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out

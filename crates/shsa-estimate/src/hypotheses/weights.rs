@@ -5,7 +5,7 @@ use super::{Hypotheses, MOST};
 
 /// A fault with all but this share of the weight of its group is taken for true, which cannot be taken back there; until then the
 /// estimate is the mixture already, but no second fault of the group is considered. Of 0.01, 0.003, 0.0003 and 0.00003, tried with failures
-/// of docs/charge.md, all were alike but for a drift of the voltage by -70 mV/h: 2.3 % off with the first two, and 5.7 % with the others.
+/// of workshop/measured/charge.md, all were alike but for a drift of the voltage by -70 mV/h: 2.3 % off with the first two, and 5.7 % with the others.
 const DOUBT: f64 = 0.003;
 /// A copy with a smaller share of the weight, as a logarithm, ends; a group whose copies have all ended begins anew.
 const LEAST: f64 = -60.0;

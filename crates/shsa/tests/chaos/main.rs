@@ -1,6 +1,6 @@
 //! The promises of `shsa run` when its environment fails: with real components, and in figures.
 //!
-//! Each scenario is a test, and a row of the table that `cargo xtask chaos` writes into docs/results.md.
+//! Each scenario is a test, and a row of the table that `cargo xtask chaos` writes into workshop/measured/results.md.
 #![cfg(test)]
 
 #[path = "../../../shsa-bridge/tests/real/mod.rs"]

@@ -1,4 +1,4 @@
-//! The result of a scenario as a row of the table in docs/results.md; and the order in which scenarios run.
+//! The result of a scenario as a row of the table in workshop/measured/results.md; and the order in which scenarios run.
 
 use serde_json::json;
 use std::io::Write;

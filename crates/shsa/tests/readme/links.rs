@@ -1,4 +1,4 @@
-//! Every page of `docs/` is reached from the README by links, and no link leads nowhere.
+//! Every page of `docs/` and every measured one is reached from the README by links, and no link leads nowhere.
 
 use crate::ROOT;
 use std::collections::BTreeSet;
@@ -50,8 +50,9 @@ fn every_page_is_reached_from_the_readme() {
     let root = Path::new(ROOT).canonicalize().expect("the project is there");
     let mut reached = BTreeSet::new();
     follow(&root.join("README.md"), &mut reached);
-    let pages = std::fs::read_dir(root.join("docs")).expect("there are documents");
-    let pages = pages.map(|entry| entry.expect("an entry").path());
+    let pages = ["docs", "workshop/measured"]
+        .map(|folder| std::fs::read_dir(root.join(folder)).expect("there are documents"));
+    let pages = pages.into_iter().flatten().map(|entry| entry.expect("an entry").path());
     let lonely: Vec<PathBuf> = pages
         .filter(|path| path.extension().is_some_and(|it| it == "md") && !reached.contains(path))
         .collect();
@@ -72,7 +73,7 @@ fn figures_of_the_readme_stand_in_the_pages_that_it_names() {
     let readme = std::fs::read_to_string(format!("{ROOT}/README.md")).expect("there is a README");
     let table = readme.split("## Is it for you?").nth(1).expect("there is a comparison");
     let mut count = 0;
-    for row in table.split("\n## ").next().expect("it ends").lines().filter(|line| line.contains("](docs/")) {
+    for row in table.split("\n## ").next().expect("it ends").lines().filter(|line| line.contains("](")) {
         let page = &links(row)[0];
         let there = std::fs::read_to_string(format!("{ROOT}/{page}")).expect("the page is there");
         for figure in row.split(|char: char| !char.is_ascii_digit() && char != '.') {

@@ -242,7 +242,7 @@ fn table(results: &[Result]) -> Table {
 fn introduction(circuit: &Circuit, detailed: &Detailed, rows: &[Row]) -> String {
     let errors = detailed.errors(rows);
     format!(
-        "Written by `shsa-bench charge discharge_1c.csv --model models/cell-charge.yaml --further hppc_25c.csv --further-model models/cell-pulses.yaml --out docs`.\n\n\
+        "Written by `shsa-bench charge discharge_1c.csv --model models/cell-charge.yaml --further hppc_25c.csv --further-model models/cell-pulses.yaml --out workshop/measured`.\n\n\
          A cell is charged and discharged four times ([batterysim/equiv-circ-model]\
          (https://github.com/batterysim/equiv-circ-model), MIT). What is true is the count of the cycler itself, which ends each \
          charge within 0.2 % of where the one before did. The circuit, an open-circuit curve of {} points, a resistance of \

@@ -18,7 +18,7 @@ use witness::covered;
 
 /// Arguments of `shsa-bench coverage`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa-bench coverage --data ../shared/data --out docs
+#[command(after_help = "Example: shsa-bench coverage --data ../shared/data --out workshop/measured
 
 Exit status 1: a witness excludes more than 0.1 % of its values, needs err more than 1.2 times as far as a median, or a good value is \
 further off than its need allows.")]
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 }
 
 const INTRODUCTION: &str = "\
-Written by `shsa-bench coverage --data ../shared/data --out docs`. Each recording is that of a model in `models/`. The model is calibrated on \
+Written by `shsa-bench coverage --data ../shared/data --out workshop/measured`. Each recording is that of a model in `models/`. The model is calibrated on \
 the first half of the time, as `shsa calibrate` does; all figures are from the second half.";
 
 /// Judges all recordings.

@@ -61,7 +61,7 @@ pub(super) fn write(folder: &Path, measured: &Measured) -> anyhow::Result<()> {
         format!(
             "# A day of data
 
-Written by `shsa-bench day --hours {} --signals {} --rate {} --out docs`. `shsa replay` ran over a CSV file in a process of its
+Written by `shsa-bench day --hours {} --signals {} --rate {} --out workshop/measured`. `shsa replay` ran over a CSV file in a process of its
 own, whose resident memory was read every 20 ms; five signals of each variable are compared, one need is served.
 
 {list}

@@ -34,7 +34,7 @@ use throughput::Throughput;
     args_conflicts_with_subcommands = true,
     disable_help_subcommand = true,
     after_help = "Example: shsa-bench live --bus mqtt --part reaction
-         shsa-bench live --bus mqtt --soak '1 h' --out docs
+         shsa-bench live --bus mqtt --soak '1 h' --out workshop/measured
 
 A broker (Mosquitto, which must be installed), a router of Zenoh and `shsa run` are started on free ports of 127.0.0.1, and \
 ended. Other work on the machine shows in every figure."
@@ -212,5 +212,8 @@ fn soak(arguments: &Arguments, length: Span) -> anyhow::Result<Outcome> {
 /// The command line that repeats a soak.
 fn soak_command(arguments: &Arguments, soak: &Soak) -> String {
     let bus = soak.kind.name().to_lowercase();
-    format!("shsa-bench live --bus {bus} --soak '{} s' --rate {} --out docs", soak.seconds, arguments.rate)
+    format!(
+        "shsa-bench live --bus {bus} --soak '{} s' --rate {} --out workshop/measured",
+        soak.seconds, arguments.rate
+    )
 }

@@ -160,7 +160,7 @@ fn document(arguments: &Arguments, found: &Found) -> String {
     let head = format!(
         "{TITLE}
 
-Written by `shsa-bench live --bus {buses} --part {parts} --seconds {} --faults {} --out docs`; each measurement is a line in
+Written by `shsa-bench live --bus {buses} --part {parts} --seconds {} --faults {} --out workshop/measured`; each measurement is a line in
 `live.jsonl`. The broker (Mosquitto with MQTT 5, or a Zenoh router) and `shsa run` are separate processes on one machine of {} cores.
 Publisher and consumer share a third process. The load average at the end was {}. All times are read from one clock. A time runs from the
 call that publishes a message until the consumer's thread has the message. Other work on the machine affects every figure, so compare

@@ -126,7 +126,7 @@ fn document(arguments: &Arguments, found: &Found) -> String {
     format!(
         "# What watching costs
 
-Written by `shsa-bench monitor --turn {}{rtlola} --out docs`; each measurement is a line in `monitor.jsonl`. One core, time on
+Written by `shsa-bench monitor --turn {}{rtlola} --out workshop/measured`; each measurement is a line in `monitor.jsonl`. One core, time on
 the processor, the fastest of five turns; making the observation is included.
 
 {}

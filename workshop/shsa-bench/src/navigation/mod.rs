@@ -120,7 +120,7 @@ fn introduction(arguments: &Arguments) -> String {
         DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
     format!(
         "Written by `shsa-bench navigation --runs {} --particles {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --formats formats \
-         --out docs`.\n\n\
+         --out workshop/measured`.\n\n\
          A simulated rover drives for {SECONDS} s along a smooth path, and its true position is known. Its \
          sensors, with the standard deviation of their noise in SI units: {}. They deliver 1 to 50 values a \
          second, up to 0.2 s late. In *outliers* one of twenty values is off by ten deviations. In *wheel 1 \

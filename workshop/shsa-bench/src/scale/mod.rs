@@ -16,7 +16,7 @@ use std::process::{Command, Stdio};
 
 /// Arguments of `shsa-bench scale`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa-bench scale --sizes 1000,100000 --out docs")]
+#[command(after_help = "Example: shsa-bench scale --sizes 1000,100000 --out workshop/measured")]
 pub(crate) struct Arguments {
     /// How many relations the models have; each is rounded to hundreds.
     #[arg(long, value_name = "N,..", value_delimiter = ',', default_values_t = [1_000, 10_000, 100_000, 1_000_000])]

@@ -90,7 +90,7 @@ fn document(arguments: &Arguments, all: &[Measured]) -> String {
     format!(
         "# Scale
 
-Written by `shsa-bench scale --sizes {} --seed {} --out docs`; the numbers are in `scale.jsonl`.
+Written by `shsa-bench scale --sizes {} --seed {} --out workshop/measured`; the numbers are in `scale.jsonl`.
 
 {}
 

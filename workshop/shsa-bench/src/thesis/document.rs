@@ -51,7 +51,7 @@ fn command(arguments: &Arguments) -> String {
         several => format!(" --threads {several}"),
     };
     format!(
-        "shsa-bench thesis{only} --seeds {} --limit {}{threads} --out docs",
+        "shsa-bench thesis{only} --seeds {} --limit {}{threads} --out workshop/measured",
         arguments.seeds, arguments.limit
     )
 }

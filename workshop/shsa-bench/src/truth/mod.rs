@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Arguments of `shsa-bench truth`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa-bench truth --plants 300 --hours 20 --out docs
+#[command(after_help = "Example: shsa-bench truth --plants 300 --hours 20 --out workshop/measured
 
 Each plant has 2 to 12 sensors of variables that 1 to 6 relations tie together, with noise of eight kinds, delays, unequal rates
 and offsets that differ between sessions. It is calibrated on an hour and on four quarters of an hour, of which the second half

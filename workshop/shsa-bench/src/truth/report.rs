@@ -132,7 +132,7 @@ pub(super) fn document(all: &[Measured], arguments: &Arguments) -> String {
     format!(
         "# Promise and power
 
-Written by `shsa-bench truth --plants {} --hours {} --seed {} --out docs`. Random plants with known truth, each calibrated and
+Written by `shsa-bench truth --plants {} --hours {} --seed {} --out workshop/measured`. Random plants with known truth, each calibrated and
 watched for other hours; every session has offsets of its own. A promise holds unless the lower 95 % bound of the observed rate
 exceeds it. A step counts when it is detected with either sign, at each of three onsets, within two minutes. It is divided by the
 step that a likelihood ratio test with exact knowledge of the noise detects, over windows of up to 4 and 64 values, with as many

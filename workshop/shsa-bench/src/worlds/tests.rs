@@ -1,4 +1,4 @@
-//! A sample of the worlds, with what holds of them today. `docs/worlds.md` says what does not.
+//! A sample of the worlds, with what holds of them today. `workshop/measured/worlds.md` says what does not.
 
 use super::faulty::{self, Liars};
 use super::kinds::{KINDS, kind, world};
@@ -71,7 +71,7 @@ fn a_reading_beyond_its_declared_error_is_untrue() {
 
 #[test]
 fn the_document_lists_every_kind() {
-    let document = include_str!("../../../../docs/worlds.md");
+    let document = include_str!("../../../measured/worlds.md");
     for it in KINDS {
         let row = format!("| `{}` | {} |", it.name, it.about);
         assert!(document.contains(&row), "{row}");

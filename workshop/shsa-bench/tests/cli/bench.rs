@@ -49,7 +49,7 @@ fn monitor_measures_each_case_and_writes_what_it_found() {
         assert!(line["observations_per_second"].as_f64().unwrap() > 0.0, "{line}");
     }
     let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
-    assert!(read("monitor.md").contains("`shsa-bench monitor --turn 0.001 --out docs`"));
+    assert!(read("monitor.md").contains("`shsa-bench monitor --turn 0.001 --out workshop/measured`"));
     assert!(read("monitor-ways.svg").starts_with("<svg"));
     assert_eq!(read("monitor.jsonl"), ended.stdout);
     folder.refuses("monitor --turn 0", &["0.001 to 60 seconds"]);
@@ -64,7 +64,10 @@ fn day_replays_what_it_writes_and_removes_it() {
     assert_eq!((&found["observations"], &found["events"]), (&18_000.0.into(), &0.into()));
     assert!(found["peak_bytes"].as_f64().unwrap() > 0.0 && found["seconds"].as_f64().unwrap() > 0.0);
     let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
-    assert!(read("day.md").contains("`shsa-bench day --hours 0.005 --signals 10 --rate 100 --out docs`"));
+    assert!(
+        read("day.md")
+            .contains("`shsa-bench day --hours 0.005 --signals 10 --rate 100 --out workshop/measured`")
+    );
     assert!(read("day-memory.svg").starts_with("<svg"));
 }
 
@@ -109,7 +112,10 @@ fn live_measures_what_is_asked_and_keeps_the_section_of_a_soak() {
     let soaked = folder.ends("live --bus memory --soak 3s --rate 500 --out found --json", 0);
     let soak: serde_json::Value = serde_json::from_str(&soaked.stdout).unwrap();
     assert_eq!((&soak["messages"]["said"], &soak["messages"]["lost"]), (&1_500.into(), &0.into()), "{soak}");
-    assert!(read("live.md").contains("`shsa-bench live --bus memory --soak '3 s' --rate 500 --out docs`"));
+    assert!(
+        read("live.md")
+            .contains("`shsa-bench live --bus memory --soak '3 s' --rate 500 --out workshop/measured`")
+    );
     assert!(read("live-soak-memory.svg").starts_with("<svg"));
 
     // On a busy machine messages come late: all faults of a run may end before they are healed. One of several runs shows healing.

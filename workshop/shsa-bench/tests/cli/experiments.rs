@@ -89,18 +89,20 @@ fn several_threads_find_what_one_does() {
 #[test]
 fn the_document_names_its_command_and_keeps_the_results() {
     let folder = Folder::new();
-    let output = folder.ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs", 0).stdout;
+    let output = folder
+        .ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out workshop/measured", 0)
+        .stdout;
     assert!(output.contains("First answer") && output.contains("ex2 b2 d18"), "{output}");
-    let document = folder.read("docs/experiments.md");
-    assert!(
-        document.contains("`shsa-bench thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs`")
-    );
+    let document = folder.read("workshop/measured/experiments.md");
+    assert!(document.contains(
+        "`shsa-bench thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out workshop/measured`"
+    ));
     assert!(document.contains("| ex2 b2 d14 | 1 | 32767 |"), "{document}");
     assert!(document.contains("![First answer in ex2](experiments-first.svg)"), "{document}");
     assert!(document.contains("## The best answer beside a visit"), "{document}");
-    let plot = folder.read("docs/experiments-first.svg");
+    let plot = folder.read("workshop/measured/experiments-first.svg");
     assert!(plot.starts_with("<svg") && plot.contains("public SH-PGSA") && plot.contains("public ORR"));
-    let raw = folder.read("docs/experiments.jsonl");
+    let raw = folder.read("workshop/measured/experiments.jsonl");
     assert!(raw.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()));
     assert!(raw.lines().count() > 9 * 10);
 }

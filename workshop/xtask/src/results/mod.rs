@@ -1,4 +1,4 @@
-//! `docs/results.md`: the results of the command on real recordings, clean and with injected faults.
+//! `workshop/measured/results.md`: the results of the command on real recordings, clean and with injected faults.
 //!
 //! The figures come from the run and do not depend on machine or date, so the same command writes the same bytes. The section
 //! [chaos] is measured in real time, and has a command of its own.
@@ -28,7 +28,7 @@ const MOTES: Subject = Subject { model: "models/motes.yaml", recording: "../shar
 const SEEDS: u32 = 20;
 
 /// The output file.
-const DOCUMENT: &str = "docs/results.md";
+const DOCUMENT: &str = "workshop/measured/results.md";
 
 /// Builds the command, replays everything, and writes the text; writes nothing if the recordings are missing.
 ///
@@ -48,7 +48,7 @@ pub(crate) fn write() -> Result<()> {
         text += &format!("\n## {title}\n\n{}", section(&program)?);
     }
     text += chaos::kept(&fs::read_to_string(DOCUMENT).unwrap_or_default());
-    fs::create_dir_all("docs").context("making the folder docs")?;
+    fs::create_dir_all("workshop/measured").context("making the folder workshop/measured")?;
     fs::write(DOCUMENT, text).with_context(|| format!("writing {DOCUMENT}"))
 }
 
