@@ -22,7 +22,7 @@ usage: cargo xtask COMMAND
 
   test       installs what the tests need, then runs every check and all tests: all of CI
   ci         the same
-  tidy       only the rules of the house: layers, file heads, lengths, words, crates
+  tidy       only the rules of the house: layers, file heads, lengths, words, crates, budgets
   licences   only the licences of what is shipped, against deny.toml
   results    replays the recordings with faults injected, and writes workshop/measured/results.md
   chaos      breaks the world around a live run, and writes that section of workshop/measured/results.md (as root: all of it; random

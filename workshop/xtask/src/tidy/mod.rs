@@ -4,6 +4,7 @@ mod text;
 mod layers;
 mod items;
 mod crates;
+mod budgets;
 
 use crate::workspace::{self, Metadata};
 use anyhow::{Context, Result, bail};
@@ -13,6 +14,8 @@ use std::fs;
 const EXCEPTIONS: &str = "workshop/xtask/tidy-exceptions.txt";
 /// The types whose `impl`s may be in many files, each with their number and a reason.
 const SPREAD: &str = "workshop/xtask/tidy-spread.txt";
+/// How many lines of product code there may be, each number with its reason.
+const BUDGETS: &str = "workshop/xtask/tidy-budgets.txt";
 
 /// Checks every file and crate of the workspace.
 ///
@@ -31,6 +34,7 @@ pub(crate) fn check() -> Result<()> {
     problems.extend(files.iter().flat_map(crates::manifest));
     problems.extend(files.iter().filter_map(crates::unsafe_code));
     problems.extend(crates::licence_files(&files));
+    problems.extend(budgets::problems(&files, &read(BUDGETS)?));
     if !problems.is_empty() {
         bail!("{} broken rules\n{}", problems.len(), problems.join("\n"));
     }
