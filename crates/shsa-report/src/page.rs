@@ -43,7 +43,19 @@ pub(crate) fn table(head: &[impl AsRef<str>], rows: impl IntoIterator<Item = Vec
     };
     let head: String = head.iter().map(AsRef::as_ref).zip(first).map(heading).collect();
     let row = |row: &Vec<String>| format!("<tr>{}</tr>\n", row.iter().map(cell).collect::<String>());
-    let body: String = rows.iter().map(row).collect();
+    framed(&head, &rows.iter().map(row).collect::<String>())
+}
+
+/// A table of rows that are HTML; the first column holds names. Empty without rows.
+pub(crate) fn list(head: &[&str], rows: &[String]) -> String {
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head: String = head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")).collect();
+    framed(&head, &rows.concat())
+}
+
+fn framed(head: &str, body: &str) -> String {
     format!(
         "<div class=\"wide\"><table class=\"list\">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>\n"
     )

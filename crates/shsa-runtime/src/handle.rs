@@ -66,14 +66,6 @@ impl Handle {
         self.ask(Request::Health)
     }
 
-    /// The last decisions from this number on.
-    ///
-    /// # Errors
-    /// [`RuntimeError::NoAnswer`].
-    pub fn events_since(&self, number: u64) -> Result<Value, RuntimeError> {
-        self.ask(Request::Events(number))
-    }
-
     /// Gives an operator's order; returns its effect.
     ///
     /// # Errors

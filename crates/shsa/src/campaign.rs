@@ -329,17 +329,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     if let Some(journal) = arguments.recordings.iter().find(|path| is_journal_file(path)) {
         bail!("{} is a journal; faults can be injected into recordings only", journal.display());
     }
-    let mut recording =
-        shsa_recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
-    show::recording(&recording);
-    if let Some(cause) = recording.cause() {
-        bail!("nothing of the recording can be read: {cause}");
-    }
-    if recording.samples.is_empty() {
-        bail!(
-            "none of the model's signals is in the recording; `source` in the model says where each is found"
-        );
-    }
+    let mut recording = arguments.reading.read(&arguments.recordings, &wanted(knowledge))?;
     recording.cut(&arguments.cut.cuts()).iter().for_each(show::warn);
     only(&mut recording.sessions, arguments.session)?;
     Ok(recording)

@@ -1,11 +1,13 @@
 //! How recordings are read: arguments for facts that a file lacks, the same for every command.
 
 use crate::headings::READING;
+use crate::show;
+use anyhow::bail;
 use shsa_core::time::Span;
 use shsa_message::moment::DateOrder;
 use shsa_message::span::parse_span;
 use shsa_message::zone::Zone;
-use shsa_recording::ReadOptions;
+use shsa_recording::{ReadOptions, Recording, Wanted};
 use std::path::PathBuf;
 
 /// What recordings do not say of themselves.
@@ -42,5 +44,23 @@ impl ReadArguments {
             messages: self.messages.clone(),
             dbc: self.dbc.clone(),
         }
+    }
+
+    /// Reads the signals of a model, and shows what the reader has to say.
+    ///
+    /// # Errors
+    /// When nothing can be read, or the recordings have none of the signals.
+    pub(crate) fn read(&self, recordings: &[PathBuf], wanted: &[Wanted]) -> anyhow::Result<Recording> {
+        let recording = shsa_recording::read(recordings, wanted, &self.options())?;
+        show::recording(&recording);
+        if let Some(cause) = recording.cause() {
+            bail!("nothing of the recording can be read: {cause}");
+        }
+        if recording.samples.is_empty() {
+            bail!(
+                "none of the model's signals is in the recording; `source` in the model says where each is found"
+            );
+        }
+        Ok(recording)
     }
 }

@@ -67,14 +67,6 @@ impl LeaveOneOut {
         self.without.get_mut(sensor)
     }
 
-    /// The mean distance of the last 16 measurements of a sensor from the predictions by all others, in standard deviations of a
-    /// single one. Without faults its variance is at most 1, whatever the correlation of the others' errors. `None` for fewer
-    /// measurements, or without predictions.
-    #[must_use]
-    pub fn departure(&self, sensor: usize) -> Option<f64> {
-        self.windows.get(sensor)?.mean()
-    }
-
     /// The faulty sensor: some sensor departs from all the others by more than this many standard deviations (5 occur once in two
     /// million), and only without this one are the others consistent. A faulty sensor spoils the predictions of others, so the
     /// departing sensor need not be the faulty one. `None` while no sensor departs, or several may be faulty.

@@ -2,7 +2,7 @@
 
 use super::matrix::{chips, matrix};
 use super::{Report, losses};
-use crate::page::{document, section};
+use crate::page::{document, list, section};
 use shsa_core::analysis::{Addition, Comparison, Watch};
 use shsa_core::knowledge::{NeedId, RelationId, SignalId, SignalSet};
 use shsa_core::trust::Component;
@@ -91,21 +91,9 @@ fn notes(report: &Report<'_>) -> String {
     if notes.is_empty() { notes } else { format!("<div class=\"notes\">{notes}</div>\n") }
 }
 
-/// A table with a heading; the first column holds names.
-fn table(head: &[&str], rows: &[String]) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    let head: String = head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")).collect();
-    format!(
-        "<div class=\"wide\"><table class=\"list\">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-        rows.concat()
-    )
-}
-
 fn needs(report: &Report<'_>) -> String {
     let rows: Vec<String> = report.knowledge.needs().ids().map(|need| need_row(report, need)).collect();
-    table(&["Need", "Variable", "Survives losses", "Single points of failure", "Taken by the loss of"], &rows)
+    list(&["Need", "Variable", "Survives losses", "Single points of failure", "Taken by the loss of"], &rows)
 }
 
 fn need_row(report: &Report<'_>, need: NeedId) -> String {
@@ -133,7 +121,7 @@ fn signals(report: &Report<'_>) -> String {
         ["Signal", "Carries", "Detectable", "Isolable from", "Substitutable", "Tolerates", "Its loss takes"];
     let rows: Vec<String> =
         report.knowledge.signals().ids().map(|signal| signal_row(report, signal)).collect();
-    table(&head, &rows)
+    list(&head, &rows)
 }
 
 fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
@@ -172,7 +160,7 @@ fn relations(report: &Report<'_>) -> String {
         )
     };
     let rows: Vec<String> = knowledge.relations().ids().map(row).collect();
-    table(&["Relation", "Equation", "Detectable", "Isolable from"], &rows)
+    list(&["Relation", "Equation", "Detectable", "Isolable from"], &rows)
 }
 
 fn gaps(report: &Report<'_>) -> String {
@@ -235,7 +223,7 @@ fn apart(report: &Report<'_>) -> String {
 
 fn additions(report: &Report<'_>) -> String {
     let rows: Vec<String> = report.analysis.additions.iter().map(|each| addition_row(report, each)).collect();
-    table(
+    list(
         &[
             "Addition",
             "Faults that would show",
@@ -286,14 +274,14 @@ fn watched(report: &Report<'_>) -> String {
         )
     };
     let rows: Vec<String> = report.analysis.watched.iter().map(row).collect();
-    table(&["Variable", "Ways watched", "Operations a second", "What only more ways would tell"], &rows)
+    list(&["Variable", "Ways watched", "Operations a second", "What only more ways would tell"], &rows)
 }
 
 fn structure(report: &Report<'_>) -> String {
     let row =
         |(what, figure): (&str, String)| format!("<tr><td>{what}</td><td>{}</td></tr>\n", escaped(&figure));
     let rows: Vec<String> = report.figures.rows().into_iter().map(row).collect();
-    table(&["", "Figure"], &rows)
+    list(&["", "Figure"], &rows)
 }
 
 fn graph(report: &Report<'_>) -> String {

@@ -3,7 +3,7 @@
 use super::claim::Claim;
 use super::model::{ModelReport, Need};
 use super::text::{self, listed};
-use crate::page::{document, section, verdict_cell};
+use crate::page::{document, list, section, verdict_cell};
 use shsa_core::assurance::{EvidenceId, Verdict};
 use shsa_core::knowledge::Id;
 use shsa_drawing::case::{Argument, Node, words};
@@ -70,9 +70,9 @@ fn ways(report: &ModelReport<'_>, need: &Need) -> String {
             escaped(&conditions)
         )
     };
-    let table = table(
+    let table = list(
         &["Way", "Level", "Mode", "Stands", "On condition that, or lacks"],
-        (0..need.prospect.ways.len()).map(row).collect(),
+        &(0..need.prospect.ways.len()).map(row).collect::<Vec<_>>(),
     );
     let weak = text::weak(report, need).map_or(String::new(), |weak| format!("<p>{}</p>\n", escaped(&weak)));
     table + &weak
@@ -91,7 +91,7 @@ fn losses(report: &ModelReport<'_>, need: &Need) -> String {
         };
         format!("<tr><td class=\"name\">{name}</td><td class=\"{class}\">{}</td></tr>\n", escaped(&then))
     };
-    table(&["Lost", "What is left"], need.prospect.losses.iter().map(row).collect())
+    list(&["Lost", "What is left"], &need.prospect.losses.iter().map(row).collect::<Vec<_>>())
 }
 
 /// The drawing, and a table of the nodes with their verdicts.
@@ -104,16 +104,5 @@ fn case(argument: &Argument) -> String {
         Ok(svg) => format!("<div class=\"graph\">{svg}</div>\n"),
         Err(too_large) => format!("<p>Not drawn: {}.</p>\n", escaped(&too_large.to_string())),
     };
-    drawn + &table(&["", "What is said", "Stands"], argument.nodes.iter().map(row).collect())
-}
-
-fn table(head: &[&str], rows: Vec<String>) -> String {
-    if rows.is_empty() {
-        return String::new();
-    }
-    let head: String = head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")).collect();
-    format!(
-        "<div class=\"wide\"><table class=\"list\">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
-        rows.concat()
-    )
+    drawn + &list(&["", "What is said", "Stands"], &argument.nodes.iter().map(row).collect::<Vec<_>>())
 }

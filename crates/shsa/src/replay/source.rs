@@ -138,16 +138,7 @@ fn read_recordings(
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
     let wanted = wanted_by(&stages);
     let injections = arguments.injections(&stages, &wanted)?;
-    let mut recording = shsa_recording::read(recordings, &wanted, &reading.options())?;
-    show::recording(&recording);
-    if let Some(cause) = recording.cause() {
-        bail!("nothing of the recording can be read: {cause}");
-    }
-    if recording.samples.is_empty() {
-        bail!(
-            "none of the model's signals is in the recording; `source` in the model says where each is found"
-        );
-    }
+    let mut recording = reading.read(recordings, &wanted)?;
     let broken = broken(&recording, &injections, arguments.seed);
     recording.cut(cuts).iter().for_each(show::warn);
     only(&mut recording.sessions, arguments.session)?;
