@@ -1,13 +1,15 @@
 //! The outlet of a need: publishes its values with their provenance.
 
+mod past;
 mod status;
 
 use super::message_template::{MessageTemplate, raw};
 use super::ownership::Ability;
 use super::undelivered::Refusal;
 use crate::error::RuntimeError;
+use past::Past;
 use shsa_bridge::payload::Writer;
-use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Offered, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
 use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{self, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
@@ -63,6 +65,8 @@ pub(super) struct Outlet {
     value: Option<Interval>,
     /// The elements of the latest vector, whoever has sent it, SI.
     elements: Vec<Interval>,
+    /// The last minutes of a scalar.
+    past: Past,
 }
 
 impl Outlet {
@@ -112,6 +116,7 @@ impl Outlet {
             refusal: Refusal::default(),
             value: None,
             elements: Vec::new(),
+            past: Past::default(),
         })
     }
 
@@ -130,17 +135,13 @@ impl Outlet {
             refusal: before.refusal,
             value: before.value,
             elements: before.elements.clone(),
+            past: before.past.clone(),
             ..self.clone()
         }
     }
 
     pub(super) fn topic(&self) -> &str {
         &self.topic
-    }
-
-    /// What the bus is told before the first value.
-    pub(super) fn offered(&self) -> Offered<'_> {
-        Offered { topic: &self.topic, unit: self.unit.as_ref() }
     }
 
     /// The name of the need: its variable, or if the variable has several needs, the published name.
@@ -181,7 +182,10 @@ impl Outlet {
         self.provenance.quality = quality;
         self.known = Some(now);
         self.value = match &publication.value {
-            PublishedValue::Scalar(value) => Some(*value),
+            PublishedValue::Scalar(value) => {
+                self.past.note(*value, &publication.source, self.max_age, now);
+                Some(*value)
+            }
             PublishedValue::Vector(_) => None,
         };
         if !self.is_settled && self.is_sound() && self.is_able(now) {

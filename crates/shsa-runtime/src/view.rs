@@ -118,6 +118,19 @@ fn values(healer: &Healer, clock: &Clock) -> Map<String, Value> {
     healer.outlets().map(row).collect()
 }
 
+/// The last minutes of each need: for each point its time, the bounds of its values, whether the source changed, and whether the need
+/// was not served before.
+pub(super) fn past(healer: &Healer, clock: &Clock) -> Value {
+    let row = |(_, outlet): (NeedId, &Outlet)| {
+        let points = outlet.past().map(|it| {
+            let [lo, hi] = bounds(Some(it.value), outlet.variable().1);
+            json!([clock.by_wall(it.last).0, lo, hi, it.is_switch, it.is_gap])
+        });
+        (outlet.key().to_owned(), Value::Array(points.collect()))
+    };
+    Value::Object(healer.outlets().map(row).collect())
+}
+
 /// The ways that contradict each other now, described by their signals and relations.
 fn conflicts(healer: &Healer, now: Time) -> Map<String, Value> {
     let (knowledge, monitor) = (healer.engine().knowledge(), healer.engine().monitor());

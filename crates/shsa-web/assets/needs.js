@@ -1,21 +1,32 @@
-// The needs: value, width, quality, source, age, the remaining sources, and the last minute of each.
+// The needs: value, width, quality, source, age, the remaining sources, and the last minutes of each.
 
 import { Drawing, Scale, words } from "./profile.js";
 import { age, arrange, drawn, made, number, quality, setText, signed, spread } from "./words.js";
 
-/** The length of the past that is drawn, nanoseconds. */
-const PAST = 60e9;
+/** The length of the past that is drawn, nanoseconds, and of one point in it: a third of a percent, two units of the drawing. */
+const PAST = 180e9;
+const EACH = PAST / 300;
 /** The most needs that are shown. */
 const MOST = 200;
 const FACTS = [
   ["source", "source"], ["level", "level"], ["age", "age"], ["next", "next"], ["left", "survives"], ["published", "goes out as"], ["gap", "largest gap"],
 ];
 
-/** The last minute of a need. */
+/** The last minutes of a need. */
 class Past {
   constructor() {
     this.points = [];
     this.source = null;
+  }
+
+  /** Puts before the first point what the run remembers: the time, the bounds, whether the source changed, whether nothing served before. */
+  recall(remembered) {
+    const first = this.points[0]?.at ?? Infinity;
+    const before = remembered.filter(([at]) => at < first).flatMap(([at, lo, hi, isSwitch, isGap]) => {
+      const point = { at, since: at, lo, hi, isSwitch };
+      return isGap ? [{ at, isGap, isSwitch: false }, point] : [point];
+    });
+    this.points.unshift(...before);
   }
 
   /** Takes in the present state. */
@@ -24,7 +35,9 @@ class Past {
     this.source = need.source;
     const before = this.points.at(-1);
     const isServed = quality(need.quality) !== "unserved" && lo != null;
-    if (isServed && (!before || before.isGap || before.at < last)) this.points.push({ at: last, lo, hi, isSwitch });
+    if (isServed && before && !before.isGap && before.at < last && last - before.since < EACH && !isSwitch) {
+      Object.assign(before, { at: last, lo: Math.min(lo, before.lo), hi: Math.max(hi, before.hi) });
+    } else if (isServed && (!before || before.isGap || before.at < last)) this.points.push({ at: last, since: last, lo, hi, isSwitch });
     else if (isSwitch || (!isServed && before && !before.isGap)) this.points.push({ at: now, isGap: !isServed, lo, hi, isSwitch });
     while (this.points.length && now - this.points[0].at > PAST) this.points.shift();
   }
@@ -46,7 +59,7 @@ class Card {
     this.line = drawn("path", { class: "line" });
     this.switches = drawn("path", { class: "switch" });
     this.spark = drawn("svg", { class: "spark", viewBox: "0 0 600 100", preserveAspectRatio: "none", role: "img" });
-    // Of a vector, the latest elements are drawn in place of the last minute.
+    // Of a vector, the latest elements are drawn in place of the last minutes.
     this.profile = new Drawing();
     this.extremes = new Scale();
     this.spark.append(this.band, this.switches, this.line, ...this.profile.elements);
@@ -118,7 +131,7 @@ class Card {
     this.band.setAttribute("d", areas.map(area).join(""));
     this.line.setAttribute("d", areas.map((piece) => `M${joined(piece, (it) => (it.lo + it.hi) / 2)}`).join(""));
     this.switches.setAttribute("d", points.filter((point) => point.isSwitch).map((point) => `M${x(point)} 0V100`).join(""));
-    this.label(low, high, known.length ? `last minute: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last minute: no value");
+    this.label(low, high, known.length ? `last 3 minutes: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last 3 minutes: no value");
   }
 
   /** Writes the ends of the scale beside the drawing, and what it shows. */
@@ -157,6 +170,11 @@ export class Needs {
     this.sight = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) target.card.isSeen = isIntersecting;
     }, { rootMargin: "200px" });
+  }
+
+  /** What the run remembers of the needs. */
+  recall(past) {
+    for (const [name, card] of this.cards) card.past.recall(past[name] ?? []);
   }
 
   /** Another model: the needs of the previous one are removed. */

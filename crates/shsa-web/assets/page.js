@@ -1,6 +1,6 @@
 // Starts the page: passes the data of the stream to the views, and shows the view that the address names.
 
-import { Stream } from "./stream.js";
+import { Stream, ask } from "./stream.js";
 import { Needs } from "./needs.js";
 import { Signals } from "./signals.js";
 import { Timeline } from "./timeline.js";
@@ -26,6 +26,8 @@ const views = {
 };
 let model = null;
 let current = "needs";
+/** The model whose past is drawn. */
+let recalled = null;
 
 /** Shows the view that the address names; a wide page has the timeline beside it. */
 function turn(isAsked) {
@@ -68,6 +70,20 @@ function follow(models) {
   if (model === choice.value) return;
   model = choice.value;
   for (const view of Object.values(views)) view.reset(model);
+  recalled = null;
+}
+
+/** Fetches what the run remembers of the needs, once for each model. */
+async function recall() {
+  if (model === null || recalled === model) return;
+  recalled = model;
+  const of = model;
+  try {
+    const past = await (await ask(`/past?${new URLSearchParams({ model })}`, token())).json();
+    if (model === of) views.needs.recall(past);
+  } catch {
+    // The next connection asks again; until then the past begins with this page.
+  }
 }
 
 /** Leads to the pages of other instances, to the same view. */
@@ -97,6 +113,8 @@ const stream = new Stream({
     orders.take(events, isNew);
     bands.take(events, isNew);
     for (const [name, view] of Object.entries(views)) view.show(models[model] ?? {}, head.time_ns, name === current);
+    if (isNew) recalled = null;
+    recall();
   },
   lost: (why, seconds) => tell(`✗ stale for ${seconds} s: ${why}`, true),
 });

@@ -6,6 +6,7 @@
 //! | `GET /` | the live page; its files are below `/web/` |
 //! | `GET /changes` | what the page draws: all rows, then those that change, as server-sent events |
 //! | `GET /bands?model=NAME&variable=NAME` | the values of all ways of knowing a variable, as server-sent events |
+//! | `GET /past?model=NAME` | the last three minutes of each need |
 //! | `GET /model?model=NAME` | the content of a model |
 //! | `GET /what-if?model=NAME&lost=["a"]` | what would serve its needs without some signals |
 //! | `GET /evidence?number=N` | the evidence for a decision that accuses a signal |
@@ -97,6 +98,7 @@ fn routes(shared: Shared) -> Router {
         .route("/events/stream", get(stream))
         .route("/changes", get(web::changes))
         .route("/bands", get(web::bands))
+        .route("/past", get(web::past))
         .route("/model", get(web::model))
         .route("/what-if", get(web::what_if))
         .route("/evidence", get(web::evidence))

@@ -34,6 +34,8 @@ pub(super) enum Request {
     Look(Look),
     /// The new values of the ways of knowing a variable.
     Bands(BandsOf),
+    /// The last minutes of the needs of the model of this name.
+    Past(String),
     /// To hand over the knowledge base of the model of this name, where there is one.
     Model(String, oneshot::Sender<Box<KnowledgeBase>>),
     /// The evidence for the decision of this number.

@@ -2,10 +2,15 @@
 
 use super::Outlet;
 use serde_json::{Value, json};
-use shsa_bridge::{Clock, Quality};
+use shsa_bridge::{Clock, Offered, Quality};
 use shsa_core::time::Time;
 
 impl Outlet {
+    /// What the bus is told before the first value.
+    pub(crate) fn offered(&self) -> Offered<'_> {
+        Offered { topic: &self.topic, unit: self.unit.as_ref() }
+    }
+
     /// The words of the status topic.
     pub(in super::super) fn status(&self, now: Time, clock: &Clock) -> Value {
         let quality = self.quality(now);

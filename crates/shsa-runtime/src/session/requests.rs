@@ -62,6 +62,7 @@ impl Session {
                 Request::Health => Reply::Json(self.health()),
                 Request::Look(look) => Reply::Json(self.seen(look)),
                 Request::Bands(wanted) => self.bands(&wanted).map_or_else(Reply::Refused, Reply::Json),
+                Request::Past(model) => self.past(&model).map_or_else(Reply::Refused, Reply::Json),
                 Request::Model(name, taker) => {
                     let healer = self.healers.iter().find(|healer| healer.name() == name);
                     // The reader may have gone.
@@ -188,6 +189,12 @@ impl Session {
         let healer = self.healers.iter().find(|healer| healer.name() == wanted.model);
         let healer = healer.ok_or_else(|| format!("no model '{}'", wanted.model))?;
         bands::of(healer, wanted, self.now(), &self.clock())
+    }
+
+    fn past(&self, model: &str) -> Result<Value, String> {
+        let healer = self.healers.iter().find(|healer| healer.name() == model);
+        let healer = healer.ok_or_else(|| format!("no model '{model}'"))?;
+        Ok(view::past(healer, &self.clock()))
     }
 
     fn state(&self) -> Value {

@@ -22,9 +22,13 @@ fn looking_needs_a_token_where_one_is_given() {
         let status = |headers: &str| get(&run, path, headers).0;
         assert_eq!([status(""), status(&shown(VIEW)), status(&shown(TOKEN))], [401, 200, 200], "{path}");
     }
-    for path in
-        ["/changes", "/bands?model=rover&variable=speed", "/model?model=rover", "/what-if?model=rover"]
-    {
+    for path in [
+        "/changes",
+        "/past?model=rover",
+        "/bands?model=rover&variable=speed",
+        "/model?model=rover",
+        "/what-if?model=rover",
+    ] {
         assert_eq!(get(&run, path, "").0, 401, "{path}");
     }
     assert_eq!(get(&run, "/", "").0, 200);

@@ -95,6 +95,18 @@ class Page:
         expect(sonar.locator(".line")).to_have_attribute("d", re.compile("^M[^M]+$"))
         expect(self.page.get_by_role("button", name="profile of /odom/speed")).to_have_count(0)
 
+    def a_fresh_page_shows_the_past(self):
+        """What was published before the page was opened stands in the drawing at once."""
+        fresh = self.page.context.new_page()
+        fresh.goto(f"http://{self.address}/")
+        # The drawing is 600 wide and three minutes long. What has come since the page was opened is no older than the page.
+        fresh.wait_for_function("""() => {
+            const line = document.querySelector("#needs-list article .line")?.getAttribute("d");
+            const places = (line ?? "").split(/[ML]/).filter(Boolean).map(parseFloat);
+            return (600 - Math.min(600, ...places)) / 600 * 180 > performance.now() / 1000 + 3;
+        }""")
+        fresh.close()
+
     def the_lie_collapses_the_scan(self):
         self.turn_to("signals")
         scan = self.a_profile_opens(BROKEN)
@@ -287,6 +299,7 @@ def main(address, token=None, axe=None, screenshots=None):
             return say(seen="the screenshots")
         delay = page.the_switch_is_shown()
         page.a_silent_scan_is_gone()
+        page.a_fresh_page_shows_the_past()
         page.the_timeline_is_filtered()
         page.orders_need_the_token(token)
         page.the_keyboard_is_enough()

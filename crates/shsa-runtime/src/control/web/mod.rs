@@ -171,6 +171,16 @@ pub(super) struct OfModel {
     model: String,
 }
 
+/// The last minutes of the needs of a model.
+pub(super) async fn past(State(shared): State<Shared>, Query(OfModel { model }): Query<OfModel>) -> Response {
+    match ask(&shared, Request::Past(model)).await {
+        Ok(Reply::Refused(why)) => problem(StatusCode::NOT_FOUND, &why),
+        Ok(Reply::Json(past)) => Json(past).into_response(),
+        Ok(_) => problem(StatusCode::INTERNAL_SERVER_ERROR, "no past"),
+        Err(response) => response,
+    }
+}
+
 /// The content of a model.
 pub(super) async fn model(
     State(shared): State<Shared>,
