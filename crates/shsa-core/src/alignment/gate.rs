@@ -13,8 +13,8 @@
 //! measured each time. So a reading that is possible only if the value before it was held is in doubt until the next one: what
 //! that one stands by was the next measurement, what it cannot have followed was a glitch.
 //!
-//! A reading that is impossible after the last one, but possible after the one before that, is refused, and either may be wrong: what the
-//! next one can follow was right.
+//! A reading that is impossible after the last one, but possible after the one before that by a slower movement than the last one's, is
+//! refused, and either may be wrong: what the next one can follow was right.
 //!
 //! What never fell and jumps to where it could have got from 0 counts anew, once it rises again.
 //!
@@ -55,7 +55,7 @@ pub(super) struct Gate {
     next: Option<Sample>,
     /// The newest refused reading of this moment.
     refused: Option<Sample>,
-    /// The reading refused at the moment before, where it could have followed the one before the anchor: the anchor or it is wrong.
+    /// The reading refused at the moment before, where the anchor may be the wrong one.
     rival: Option<Sample>,
     is_open: bool,
     /// The state of readings that have left the possible range.
@@ -147,7 +147,7 @@ impl Gate {
         }
         let refused = self.refused.take();
         let rival =
-            refused.filter(|refused| self.before.is_some_and(|before| self.follows(before, *refused)));
+            refused.filter(|refused| self.before.is_some_and(|before| self.is_rival(before, *refused)));
         let rival = core::mem::replace(&mut self.rival, rival);
         let doubtful = self.doubtful.take();
         let Some(mut next) = self.next.take() else {
@@ -165,8 +165,8 @@ impl Gate {
             next.validity.from = next.validity.from.min(since);
         }
         self.held = read - next.validity.from;
-        let before = rival.filter(|rival| self.follows(*rival, next)).or(self.anchor);
-        self.before = before;
+        let jumps = || self.anchor.is_some_and(|anchor| !self.follows(anchor, next));
+        self.before = rival.filter(|rival| self.follows(*rival, next) && jumps()).or(self.anchor);
         self.anchor = Some(next);
         self.doubt = doubtful.or(self.doubt.filter(|doubt| doubt.validity.to >= next.validity.to));
     }
@@ -217,6 +217,16 @@ impl Gate {
     /// Whether a reading can have followed another one.
     fn follows(&self, one: Sample, next: Sample) -> bool {
         self.pace.is_none_or(|pace| pace.jump(self.beside(one, next), next).is_none())
+    }
+
+    /// Whether the anchor may be wrong in place of a reading refused after it: from the one before both, the reading asks for the slower
+    /// movement.
+    fn is_rival(&self, before: Sample, refused: Sample) -> bool {
+        let speed = |next: Sample| {
+            let away = next.value.midpoint() - self.beside(before, next).value.midpoint();
+            away.abs() / (next.validity.centre() - before.validity.centre()).seconds()
+        };
+        self.follows(before, refused) && self.anchor.is_some_and(|anchor| speed(refused) < speed(anchor))
     }
 
     /// Notes whether the readings leave the possible range with this one, or return to it.

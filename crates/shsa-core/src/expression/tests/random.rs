@@ -237,6 +237,8 @@ proptest! {
     #[test]
     fn solutions_hold_the_value_that_they_came_from(text in invertible(), x in -8..8_i32, z in 1..9_i32) {
         let (x, z) = (f64::from(x) / 4.0, f64::from(z) / 4.0);
+        // In its jump, a table has all values in between; what only a limit of theirs gives comes from no value.
+        prop_assume!(x != -1.0 || !text.contains("table"));
         let model = Model::new().variable("x", "", Some((-3.0, 3.0))).variable("y", "", None).variable("z", "", None);
         let side = value(&model, &text, [Interval::point(x), Interval::EMPTY, Interval::point(z)], &[], &[])[0];
         let solution = solve(&parse_equation(&format!("y = {text}")).unwrap(), Symbol(0), &model);
