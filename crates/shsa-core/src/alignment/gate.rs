@@ -145,10 +145,7 @@ impl Gate {
         if self.pace.is_none() {
             return;
         }
-        let refused = self.refused.take();
-        let rival =
-            refused.filter(|refused| self.before.is_some_and(|before| self.is_rival(before, *refused)));
-        let rival = core::mem::replace(&mut self.rival, rival);
+        let rival = if self.refused.is_some() || self.rival.is_some() { self.next_rival() } else { None };
         let doubtful = self.doubtful.take();
         let Some(mut next) = self.next.take() else {
             self.doubt = doubtful.or(self.doubt);
@@ -165,8 +162,10 @@ impl Gate {
             next.validity.from = next.validity.from.min(since);
         }
         self.held = read - next.validity.from;
-        let jumps = || self.anchor.is_some_and(|anchor| !self.follows(anchor, next));
-        self.before = rival.filter(|rival| self.follows(*rival, next) && jumps()).or(self.anchor);
+        self.before = match rival {
+            Some(rival) if self.is_confirmed(rival, next) => Some(rival),
+            _ => self.anchor,
+        };
         self.anchor = Some(next);
         self.doubt = doubtful.or(self.doubt.filter(|doubt| doubt.validity.to >= next.validity.to));
     }
@@ -201,8 +200,7 @@ impl Gate {
             return Measured::Confirming(doubt);
         }
         if let Some(jump) = pace.jump(anchor, sample) {
-            let rival = self.rival.filter(|rival| !self.is_open && self.follows(*rival, sample));
-            return rival.map_or(Measured::TooFast(jump), Measured::Confirming);
+            return self.against_anchor(jump, sample);
         }
         if self.held > Span::ZERO && !self.is_open {
             let mut last = anchor;
@@ -212,6 +210,30 @@ impl Gate {
             }
         }
         from_doubt.and_then(|(_, jump)| jump).map_or(Measured::Possible, Measured::Refuting)
+    }
+
+    /// Takes the rival of the moment before, and notes that of this one.
+    #[cold]
+    #[inline(never)]
+    fn next_rival(&mut self) -> Option<Sample> {
+        let refused = self.refused.take();
+        let rival = refused.filter(|it| self.before.is_some_and(|before| self.is_rival(before, *it)));
+        core::mem::replace(&mut self.rival, rival)
+    }
+
+    /// Whether the next reading stands by a rival, and not by the anchor.
+    #[cold]
+    #[inline(never)]
+    fn is_confirmed(&self, rival: Sample, next: Sample) -> bool {
+        self.follows(rival, next) && self.anchor.is_some_and(|anchor| !self.follows(anchor, next))
+    }
+
+    /// The outcome for a reading that cannot have followed the anchor.
+    #[cold]
+    #[inline(never)]
+    fn against_anchor(&self, jump: Jump, sample: Sample) -> Measured {
+        let rival = self.rival.filter(|rival| !self.is_open && self.follows(*rival, sample));
+        rival.map_or(Measured::TooFast(jump), Measured::Confirming)
     }
 
     /// Whether a reading can have followed another one.
