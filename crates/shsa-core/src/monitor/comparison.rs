@@ -175,9 +175,11 @@ impl Round<'_> {
     }
 }
 
-/// When the newest output of a way ended, where an output counts for its own moment only.
+/// When the newest output of a way ended, where the way is declared to be the faster one of a pair and an output counts for its own moment
+/// only.
 fn newest_end(way: &WatchedWay) -> Option<Time> {
-    way.outputs.newest(0).filter(|_| !way.reach.stands).map(|newest| newest.validity.to)
+    way.computation.timing().period.filter(|_| !way.reach.stands)?;
+    way.outputs.newest(0).map(|newest| newest.validity.to)
 }
 
 /// The alternatives in which two values agree best, where one of them has several. The value beside is taken apart only where it

@@ -117,8 +117,8 @@ impl Residual {
         known.with_guess(faster.guess(&line, usual, moment, self.bends.most()))
     }
 
-    /// Takes in a comparison. `output`: when the faster way's output ended, where the value rests on its newest one: one output is evidence
-    /// once, however often it is compared.
+    /// Takes in a comparison. `output`: when the faster way's output ended, where the value rests on its newest one: where the next ones were
+    /// refused, one wrong output disagrees with several of the slower way, and is evidence once.
     // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn record(
