@@ -56,7 +56,9 @@ fn an_owner_hangs(python: &Path, bus: &str, port: u16) {
     decision(owner, "responsible", "is served by this instance from now on");
     decision(other, "released", "is served by");
     let last = plant.now();
-    plant.first(last + 0.5, "a good value of the first owner", |seen| seen.publisher == before && seen.is_good());
+    plant.first(last + 0.5, "a good value of the first owner", |seen| {
+        seen.publisher == before && seen.is_good()
+    });
     let wrong = plant.seen().iter().filter(|seen| seen.is_good() && seen.error() > 1.5).count();
     assert_eq!(wrong, 0);
 }
