@@ -95,6 +95,8 @@ pub(crate) struct StateForm {
     needs: Vec<NeedForm>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     learned: Vec<LearnedForm>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    confirmed: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -204,6 +206,7 @@ impl From<&Snapshot> for StateForm {
             orders: snapshot.orders.iter().map(OrderForm::from).collect(),
             needs: snapshot.needs.iter().map(NeedForm::from).collect(),
             learned: snapshot.learned.iter().map(LearnedForm::from).collect(),
+            confirmed: snapshot.confirmed.clone(),
         }
     }
 }
@@ -218,6 +221,7 @@ impl StateForm {
             orders: self.orders.iter().map(OrderForm::order).collect::<Result<_, _>>()?,
             needs: self.needs.into_iter().map(NeedForm::served).collect(),
             learned: self.learned.into_iter().map(LearnedForm::recollection).collect(),
+            confirmed: self.confirmed,
         })
     }
 }

@@ -42,6 +42,8 @@ impl Engine {
             let is_missing = absence.is_some() || self.ledger.is_returning(id);
             is_missing.then(|| Missing { signal: signal.name.clone(), absence })
         });
+        let confirmed = self.knowledge.signals().enumerate();
+        let confirmed = confirmed.filter(|(id, _)| self.monitor.is_confirmed(*id) == Some(true));
         Snapshot {
             time: self.now.unwrap_or_default(),
             verdicts: verdicts.collect(),
@@ -50,6 +52,7 @@ impl Engine {
             orders: self.standing_orders(),
             needs: self.providers.ids().map(|need| self.served(need)).collect(),
             learned: self.recollections(),
+            confirmed: confirmed.map(|(_, signal)| signal.name.clone()).collect(),
         }
     }
 
@@ -101,6 +104,8 @@ impl Engine {
         let compared = self.all_compared(snapshot);
         snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, &compared, now));
         snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
+        let confirmed = snapshot.confirmed.iter().filter_map(|name| self.knowledge.signal(name));
+        confirmed.for_each(|signal| self.monitor.confirm(signal));
         self.recall_trends(&snapshot.trends, &compared, now);
         self.recollect(&snapshot.learned, now);
         self.keep_orders(&snapshot.orders, (now - snapshot.time).max(Span::ZERO), now);

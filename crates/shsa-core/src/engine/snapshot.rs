@@ -28,6 +28,8 @@ pub struct Snapshot {
     pub needs: Vec<Served>,
     /// What was learned.
     pub learned: Vec<Recollection>,
+    /// The names of the signals with which a comparison has agreed since the first start.
+    pub confirmed: Vec<String>,
 }
 
 /// The record of a signal or a relation.

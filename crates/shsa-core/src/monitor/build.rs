@@ -72,6 +72,7 @@ impl Monitor {
             awaited: Vec::new(),
             pending: Vec::with_capacity(4 * count),
             fresh: Vec::with_capacity(4 * count),
+            confirmed: SignalSet::new(),
         };
         monitor.add_pairs(knowledge, options);
         monitor.keep_areas();
@@ -347,6 +348,7 @@ fn pair(
         due: None,
         known: None,
         made: 0,
+        has_agreed: false,
         before: 0,
     }
 }

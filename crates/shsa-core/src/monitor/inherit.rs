@@ -35,9 +35,13 @@ impl Monitor {
         self.timeouts.inherit(&old.timeouts, lineage, now);
         self.detectors.inherit(&old.detectors, lineage);
         self.clocks.inherit(&old.clocks, lineage);
+        let confirmed: SignalSet = old.ports.ids().filter(|it| old.is_confirmed(*it) == Some(true)).collect();
         for (index, port) in old.ports.into_iter().enumerate() {
             let before = Id::from_index(index);
             if let Some(signal) = lineage.signal(before) {
+                if confirmed.contains(before) {
+                    self.confirm(signal);
+                }
                 self.frozen[signal] = old.frozen[before];
                 self.ports[signal].inherit(port);
             }

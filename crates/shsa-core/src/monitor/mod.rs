@@ -49,7 +49,7 @@ pub use window::{Debounce, ResidualState, Window};
 
 use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
 use crate::computation::Settled;
-use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId};
+use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId, SignalSet};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
@@ -97,6 +97,8 @@ pub struct Monitor {
     awaited: Vec<Vec<u32>>,
     /// The outputs of this moment.
     fresh: Vec<Fresh>,
+    /// The signals with which a comparison had agreed before a restart or a change of the model.
+    confirmed: SignalSet,
 }
 
 /// An output of this moment.

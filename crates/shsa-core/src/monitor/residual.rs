@@ -64,6 +64,8 @@ pub struct Residual {
     pub(super) known: Option<(Validity, Measured)>,
     /// The number of comparisons made.
     pub made: u64,
+    /// Whether the two have ever agreed.
+    pub(super) has_agreed: bool,
     /// The number of comparisons that were possible before the pair was watched.
     pub(super) before: u64,
 }
@@ -131,6 +133,7 @@ impl Residual {
     ) -> ResidualRecord {
         self.made += 1;
         let disagrees = !value.value.overlaps(other.value);
+        self.has_agreed |= !disagrees;
         let was_restless = self.is_restless();
         let (before, is_surer) = if disagrees || was_restless {
             let output = if disagrees { output() } else { None };

@@ -48,6 +48,21 @@ impl Monitor {
         votes
     }
 
+    /// Whether a comparison with a signal has ever agreed; `None` where the model has none. O(pairs of the signal).
+    #[must_use]
+    pub fn is_confirmed(&self, signal: SignalId) -> Option<bool> {
+        let is_range = |way: WayIndex| self.way(way).is_some_and(WatchedWay::is_range);
+        let agreements =
+            self.pairs_of(signal).filter(|pair| !is_range(pair.other)).map(|pair| pair.has_agreed);
+        let found = agreements.reduce(|one, other| one || other)?;
+        Some(found || self.confirmed.contains(signal))
+    }
+
+    /// Takes over that a comparison with a signal has agreed before.
+    pub fn confirm(&mut self, signal: SignalId) {
+        self.confirmed.insert(signal);
+    }
+
     /// The outliers that first disagreements of this moment show, and that are not noted yet; one may come several times. O(restless pairs, and for each
     /// first disagreement the ways of its variable).
     pub fn outliers(&self, now: Time) -> impl Iterator<Item = Outlier> + '_ {

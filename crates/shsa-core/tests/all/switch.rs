@@ -4,6 +4,7 @@ use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedVa
 use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
+use std::ops::Range;
 
 const MS: i64 = 1_000_000;
 /// The period of each signal; the three signals are a third of it apart.
@@ -34,8 +35,17 @@ fn engine() -> Engine {
 
 /// All outputs for the given values: `said` gets the number of the signal, the time in ms, and the right value.
 fn run(stated: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
-    let (mut engine, mut outputs) = (engine(), Vec::new());
-    for ms in 0..8_000 {
+    go_on(&mut engine(), 0..8_000, stated)
+}
+
+/// As [`run`], of an engine and a time.
+fn go_on(
+    engine: &mut Engine,
+    time: Range<i64>,
+    stated: impl Fn(i64, i64, f64) -> Option<f64>,
+) -> Vec<Output> {
+    let mut outputs = Vec::new();
+    for ms in time {
         let now = Time(ms * MS);
         while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
             engine.handle(Input::Tick(due));
@@ -129,4 +139,40 @@ fn a_source_that_begins_late_waits_for_no_probation() {
     let outputs = run(|signal, ms, right| (signal != 0 || ms >= 1_000).then_some(right));
     let good = publications(&outputs).find(|publication| publication.quality == Quality::Good).unwrap();
     assert_eq!(good.time, Time((1_089 + PERIOD_MS) * MS));
+}
+
+/// What nobody has ever confirmed, where others could have, is not known to be right.
+#[test]
+fn a_source_whose_witnesses_never_spoke_is_uncertain_until_one_does() {
+    let qualities = |others: i64| {
+        let outputs = run(|signal, ms, right| (signal == 0 || ms >= others).then_some(right));
+        let late = publications(&outputs).filter(|publication| publication.time >= Time(1_000 * MS));
+        late.map(|publication| (publication.time.0 / MS, publication.quality)).collect::<Vec<_>>()
+    };
+    let never = qualities(i64::MAX);
+    assert!(never.len() > 60 && never.iter().all(|it| it.1 == Quality::Uncertain), "{never:?}");
+    let late = qualities(4_000);
+    let is_right = |it: &(i64, Quality)| match it.0 {
+        ..4_000 => it.1 == Quality::Uncertain,
+        4_000..4_200 => true,
+        _ => it.1 == Quality::Good,
+    };
+    assert!(late.iter().all(is_right), "{late:?}");
+    // Whom others have confirmed before they fell silent, is.
+    let outputs = run(|signal, ms, right| (signal == 0 || ms < 3_000).then_some(right));
+    let after = publications(&outputs).filter(|publication| publication.time >= Time(3_000 * MS));
+    assert!(after.map(|publication| publication.quality).all(|it| it == Quality::Good));
+    // A restart remembers that, where the state does.
+    let mut before = engine();
+    go_on(&mut before, 0..3_000, |_, _, right| Some(right));
+    for (confirmed, quality) in [(true, Quality::Good), (false, Quality::Uncertain)] {
+        let mut snapshot = before.snapshot();
+        assert_eq!(snapshot.confirmed, ["a", "b", "c"]);
+        snapshot.confirmed.retain(|_| confirmed);
+        let mut after = engine();
+        after.restore(&snapshot, Time(3_000 * MS));
+        let outputs = go_on(&mut after, 3_000..8_000, |signal, _, right| (signal == 0).then_some(right));
+        assert!(publications(&outputs).count() > 40);
+        assert!(publications(&outputs).all(|publication| publication.quality == quality));
+    }
 }

@@ -20,6 +20,7 @@ mod unsure;
 mod state;
 mod choose;
 mod unserved;
+mod quality;
 mod provide;
 mod without;
 

@@ -8,12 +8,10 @@ use super::turn::Turn;
 use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
-use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::reason::{Joint, Reason, Reasons, ServedBy};
-use crate::substitution::Way;
 use crate::time::Time;
 use crate::trust::Ledger;
 use alloc::collections::VecDeque;
@@ -64,6 +62,7 @@ impl Provider {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let (fault, is_usable) = self.weigh(monitor, sample, is_unfit, trusts);
+                self.look_for_witnesses(monitor, now);
                 doubted = is_usable.then_some(sample);
                 if fault.is_none() {
                     return self.publish_own(knowledge, monitor, sample, now, outputs);
@@ -278,34 +277,6 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
-    /// A value with all that cannot be excluded: where the source is unproven, also what the last trusted value can have become by
-    /// now. `None` where that is wider than the need allows.
-    fn with_doubts(&self, knowledge: &KnowledgeBase, sample: Sample, now: Time) -> Option<Sample> {
-        if !self.sources.is_unproven() {
-            return Some(sample);
-        }
-        let variable = &knowledge.variables()[self.settings.variable];
-        let direct = self.state.way().and_then(Way::direct).map(|signal| knowledge.signals()[signal].limits);
-        let (range, max_rate) = match direct {
-            Some(limits) => (limits.range, limits.max_rate),
-            None => (variable.range, variable.max_rate),
-        };
-        let grown = |last: Sample| {
-            let age = (now - last.validity.to).seconds().max(0.0);
-            let value =
-                variable.wraps.map_or(last.value, |turn| circle::nearest(last.value, sample.value, turn));
-            value.widened(age * max_rate.unwrap_or(0.0))
-        };
-        let possible = match self.trusted {
-            Some(last) => range.map_or(grown(last), |range| grown(last).intersection(range)),
-            None => range.unwrap_or(sample.value),
-        };
-        let value = sample.value.hull(possible);
-        let doubted = Sample { value, ..sample };
-        let stated = || self.settings.stated(doubted, self.own_turn().timing);
-        (value.is_bounded() && self.settings.is_fit(&stated(), now)).then_some(doubted)
-    }
-
     /// Publishes what a value says of its moment; what goes on from it later goes on from the value itself.
     fn publish_sample(
         &mut self,
@@ -358,26 +329,6 @@ impl Provider {
             admitted,
             delegated: self.delegate.has_given() && !stands_in,
         }));
-    }
-
-    fn quality(&self, server: Server, now: Time) -> Quality {
-        let is_preferred = || self.state.way() == self.sources.preferred.as_ref();
-        let is_doubted = || self.forced.as_ref().is_some_and(|forced| forced.is_doubted);
-        match server {
-            Server::Unsure => Quality::Uncertain,
-            Server::StandIn(_) => Quality::Substitute,
-            _ if self.sources.is_unproven() || self.is_unconfirmed(now) => Quality::Uncertain,
-            _ if is_preferred() && !is_doubted() => Quality::Good,
-            _ => Quality::Substitute,
-        }
-    }
-
-    /// Whether the source has just returned after a silence of all, and no other way has agreed with it: it may be faulty now.
-    fn is_unconfirmed(&self, now: Time) -> bool {
-        let unconfirmed = self.state.serving().is_some_and(|serving| !serving.is_confirmed);
-        // Vectors are not compared element by element.
-        let is_weighed = !self.settings.is_vector && self.forced.is_none();
-        unconfirmed && is_weighed && self.sources.are_returning(now)
     }
 
     /// Reports that the need is served again, or by a trusted source again.

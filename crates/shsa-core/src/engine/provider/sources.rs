@@ -37,8 +37,8 @@ pub(super) struct Sources {
     is_unproven: bool,
     /// Since when all sources give values again after a silence, where others could confirm them.
     returning_since: Option<Time>,
-    /// Whether the need has more than one source.
-    has_others: bool,
+    /// Whether the need has sources without a signal in common.
+    are_several: bool,
     /// Whether no two of the sources are independent.
     pub(super) is_alone: bool,
     /// Whether no source is known to be better than the one in use. Kept until the sources, their ranks or the one in use change,
@@ -57,7 +57,7 @@ impl Sources {
     ) -> Sources {
         let found = ready_sources.sources(knowledge, graph, need, &Lost::default());
         Sources {
-            has_others: found.len() > 1,
+            are_several: !read_one_signal(found.iter()),
             returning_since: None,
             found,
             possible: Arc::default(),
@@ -97,7 +97,7 @@ impl Sources {
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
         // These sources serve only because none is trusted.
         self.is_unproven = !sources.is_empty() && core::ptr::eq(lost, unproven);
-        let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.has_others;
+        let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.are_several;
         self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
         self.found = sources;
         self.possible = if withholds { Arc::default() } else { situation.sources(need, suspect) };
@@ -122,6 +122,11 @@ impl Sources {
     /// Whether all sources give values again after a recent silence, and sources that could confirm them may not yet.
     pub(super) fn are_returning(&self, now: Time) -> bool {
         self.returning_since.is_some_and(|since| now - since < BRIEF)
+    }
+
+    /// Whether the need has several sources, and those that `has_spoken` accepts read one signal in common: nothing confirms it.
+    pub(super) fn are_left_alone(&self, has_spoken: impl Fn(&Way) -> bool) -> bool {
+        self.are_several && read_one_signal(self.found.iter().filter(|source| has_spoken(&source.way)))
     }
 
     /// All sources, best utility first.
@@ -240,4 +245,11 @@ impl Sources {
         };
         chosen.unwrap_or_default().then(Joint::Next, others)
     }
+}
+
+/// Whether all sources read one signal in common.
+fn read_one_signal<'s>(mut sources: impl Iterator<Item = &'s Source> + Clone) -> bool {
+    let reads = |source: &Source, signal| source.way.inputs().any(|input| input == signal);
+    let first = sources.next();
+    first.is_none_or(|first| first.way.inputs().any(|it| sources.clone().all(|other| reads(other, it))))
 }

@@ -43,6 +43,8 @@ pub(super) struct Serving {
     pub(super) unfit_since: Option<Time>,
     /// Whether another way has agreed with a value of the source.
     pub(super) is_confirmed: bool,
+    /// Whether no comparison has ever confirmed a signal of the source, and nothing is left that could, or has spoken since the start.
+    pub(super) is_unheard: bool,
     /// Why a better source exists, when one does.
     pub(super) better_by: Better,
     /// The stand-in for the source, while there is one.
@@ -62,6 +64,7 @@ impl Serving {
             service,
             unfit_since: None,
             is_confirmed: false,
+            is_unheard: false,
             better_by: Better::Trusted,
             episode: None,
             doubt: None,
