@@ -43,7 +43,7 @@ pub(super) fn absence(
     absence: Absence,
     now: Time,
 ) -> Event {
-    let within = knowledge.signals()[change.signal].timeout.unwrap_or(Span::ZERO);
+    let within = change.allowed;
     let last = match change.last_valid {
         Some(last) => Reason::LastValue { ago: now - last },
         None => Reason::NoValueEver,

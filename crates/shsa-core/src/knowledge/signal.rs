@@ -178,6 +178,12 @@ impl Signal {
         self.rate_hz.map(|rate| Span::from_seconds(1.0 / rate))
     }
 
+    /// The declared period, where the timeout follows from it.
+    pub(crate) fn paced_by(&self) -> Option<Span> {
+        let usual = self.rate_hz.map(usual_timeout);
+        self.period().filter(|_| self.timeout.is_some() && self.timeout == usual)
+    }
+
     /// Under which name the messages come that have its measurement in them.
     #[must_use]
     pub fn topic(&self) -> &str {
@@ -198,6 +204,16 @@ impl Signal {
     fn part(&self, range: Option<&Range<usize>>) -> &str {
         range.and_then(|range| self.source.get(range.clone())).unwrap_or(&self.source)
     }
+}
+
+/// A rated signal is silent after this many periods: on every real bus, one or two readings are lost or late.
+const SILENT_PERIODS: f64 = 5.0;
+/// No signal is silent earlier: the scheduling of a busy machine delays a fast signal by tens of milliseconds.
+const SILENT_AT_LEAST: Span = Span::from_millis(100);
+
+/// How long a silence counts as absence where the model says nothing else.
+pub(super) fn usual_timeout(rate_hz: f64) -> Span {
+    Span::from_seconds(SILENT_PERIODS / rate_hz).max(SILENT_AT_LEAST)
 }
 
 /// A common cause that several signals share: a device, a clock, a power supply. When it fails, all of them may be wrong at once

@@ -18,6 +18,12 @@ pub enum Absence {
 #[derive(Clone, Copy, Debug)]
 struct Liveness {
     timeout: Option<Span>,
+    /// The declared period, where the timeout is the usual one of the rate.
+    period: Option<Span>,
+    /// What has come since the end of a silence, while it may be one batch.
+    batch: Option<Batch>,
+    /// The longest silence before the last complete batch.
+    pause: Span,
     arrived: Option<Time>,
     valid: Option<Time>,
     /// The problem of all messages after the last possible value.
@@ -29,6 +35,15 @@ struct Liveness {
     since: Option<Time>,
 }
 
+/// The values that come at the end of a silence.
+#[derive(Clone, Copy, Debug)]
+struct Batch {
+    began: Time,
+    /// How long no value had come.
+    silence: Span,
+    values: i64,
+}
+
 /// A change between a signal's absence and presence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
@@ -36,6 +51,8 @@ pub struct Change {
     pub signal: SignalId,
     /// Why the signal gives no usable value now; `None` when it is back.
     pub absence: Option<Absence>,
+    /// How long a silence may last.
+    pub allowed: Span,
     /// When the signal last gave a possible value; `None` when it never did.
     pub last_valid: Option<Time>,
     /// Whether this is the signal's first possible value: then it returns from no absence.
@@ -57,6 +74,9 @@ impl Timeouts {
     pub fn new(knowledge: &KnowledgeBase) -> Timeouts {
         let liveness = |signal| Liveness {
             timeout: knowledge.signals()[signal].timeout,
+            period: knowledge.signals()[signal].paced_by(),
+            batch: None,
+            pause: Span::ZERO,
             arrived: None,
             valid: None,
             wrong: None,
@@ -78,9 +98,10 @@ impl Timeouts {
         self.states.iter_mut().for_each(|liveness| liveness.since = Some(now));
         for (id, before) in old.states.enumerate() {
             let Some(id) = lineage.source(id) else { continue };
-            let timeout = self.states[id].timeout;
+            let Liveness { timeout, period, .. } = self.states[id];
             let absence = before.absence.filter(|_| timeout.is_some());
-            self.states[id] = Liveness { timeout, absence, ..*before };
+            let timeout = if period.is_some() && period == before.period { before.timeout } else { timeout };
+            self.states[id] = Liveness { timeout, period, absence, ..*before };
         }
         let Some(start) = self.start else { return };
         let present = self.states.iter().filter(|liveness| liveness.absence.is_none());
@@ -122,11 +143,15 @@ impl Timeouts {
         }
         liveness.wrong = None;
         let last_valid = liveness.valid.replace(now);
+        if liveness.batch.is_some() {
+            liveness.note_in_batch(now);
+        }
         liveness.absence.take()?;
+        liveness.batch = last_valid.map(|last| Batch { began: now, silence: now - last, values: 1 });
         let is_first = last_valid.is_none() && !core::mem::take(&mut liveness.was_absent);
         // The signal may fall silent again before the bound that was computed without it.
         self.quiet_until = self.quiet_until.min(liveness.deadline(now));
-        Some(Change { signal, absence: None, last_valid, is_first })
+        Some(Change { signal, absence: None, allowed: Span::ZERO, last_valid, is_first })
     }
 
     /// Why a signal gives no usable value now; `None` when it gives one.
@@ -162,7 +187,8 @@ impl Timeouts {
             let wrong = liveness.wrong.unwrap_or(Absence::Invalid);
             let absence = if liveness.has_arrived_since(last) { wrong } else { Absence::Silent };
             liveness.absence = Some(absence);
-            report(Change { signal, absence: Some(absence), last_valid: liveness.valid, is_first: false });
+            let (allowed, last_valid) = (liveness.timeout.unwrap_or(Span::ZERO), liveness.valid);
+            report(Change { signal, absence: Some(absence), allowed, last_valid, is_first: false });
         }
         self.quiet_until = next;
     }
@@ -177,6 +203,24 @@ impl Liveness {
     /// The first moment at which the signal is silent for too long since `last`; `Time::MAX` when it never is.
     fn deadline(&self, last: Time) -> Time {
         self.timeout.map_or(Time::MAX, |timeout| last + timeout + Span(1))
+    }
+
+    /// Counts a value after a silence. Where all values of the silence have come within a period, it was the pause before a batch; of
+    /// two like pauses on end, the timeout lasts until the next batch is late: three quarters of a pause more.
+    #[cold]
+    fn note_in_batch(&mut self, now: Time) {
+        let (Some(batch), Some(period)) = (&mut self.batch, self.period) else { return };
+        batch.values += 1;
+        let Batch { began, silence, values } = *batch;
+        if now - began >= period {
+            self.batch = None;
+        } else if period.times(values + 1) > silence {
+            let longest = silence.max(self.pause);
+            if longest <= silence.min(self.pause).times(2) {
+                self.timeout = self.timeout.map(|timeout| timeout.max(Span(longest.0 / 4 * 7)));
+            }
+            (self.batch, self.pause) = (None, silence);
+        }
     }
 
     fn has_arrived_since(&self, moment: Time) -> bool {

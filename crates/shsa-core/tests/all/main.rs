@@ -18,6 +18,8 @@ mod seeds;
 
 mod interval;
 
+mod batches;
+
 mod analysis;
 mod analysis_structure;
 mod isolability;

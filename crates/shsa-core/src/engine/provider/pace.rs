@@ -1,14 +1,20 @@
 //! The usual time between the values of a source, and when its next value is late.
 
-use crate::numbers::WILD;
+use crate::numbers::{BRIEF, WILD};
 use crate::time::{Span, Time};
+
+/// The weight of a usual gap in the mean (RFC 6298).
+const NEWEST: f64 = 1.0 / 8.0;
 
 /// The running mean of the time between two values, and its mean deviation, as TCP knows when to send a segment again
 /// (V. Jacobson, Congestion avoidance and control, 1988, doi:10.1145/52324.52356; RFC 6298).
+///
+/// A gap weighs as much as it is long, up to the mean: a mean over time, not over values. The gaps of 0 in a batch do not show how long
+/// the next batch takes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
-    last: Option<Time>,
-    stamp: Time,
+    begun: Option<Time>,
+    last: Time,
     mean: Option<Span>,
     deviation: Span,
     /// The declared time between two values; zero without one.
@@ -26,35 +32,38 @@ impl Pace {
         self.declared
     }
 
-    /// Notes a value of the source that was true at `stamp`. Values that were held up come at once: they were true at their own
-    /// times.
-    pub(super) fn step(&mut self, stamp: Time, now: Time) {
-        let before = core::mem::replace(&mut self.stamp, stamp);
-        let Some(last) = self.last.replace(now) else { return };
-        let gap = (now - last).max(stamp - before);
-        match &mut self.mean {
-            None => {
-                self.mean = Some(gap);
-                self.deviation = Span(gap.0 / 2);
-            }
-            Some(mean) => {
-                // A single long silence hardly raises the mean; a source that has become slower does.
-                let gap = gap.0.min(mean.0.saturating_mul(3));
-                let off = gap - mean.0;
-                mean.0 += off / 8;
-                self.deviation.0 += (off.abs() - self.deviation.0) / 4;
-            }
-        }
+    /// Notes the arrival of a value.
+    pub(super) fn step(&mut self, now: Time) {
+        let begun = *self.begun.get_or_insert(now);
+        let known = (self.last - begun).max(Span::ZERO);
+        let gap = (now - begun - known).max(Span::ZERO);
+        self.last = begun + known + gap;
+        let Some(mean) = self.mean.filter(|mean| *mean > Span::ZERO) else {
+            self.mean = Some(gap);
+            self.deviation = Span(gap.0 / 2);
+            return;
+        };
+        let (gap, weight) = if known < BRIEF {
+            (gap, share(gap, known + gap))
+        } else {
+            // A single long silence hardly raises the mean; a source that has become slower does.
+            let gap = gap.min(mean.max(self.declared).times(3));
+            (gap, NEWEST * share(gap, mean).min(1.0))
+        };
+        let off = gap - mean;
+        self.mean = Some(mean + part(off, weight));
+        self.deviation =
+            self.deviation + part(Span(off.0.saturating_abs()) - self.deviation, (2.0 * weight).min(1.0));
     }
 
     /// Whether it has given a value.
     pub(super) fn has_begun(&self) -> bool {
-        self.last.is_some()
+        self.begun.is_some()
     }
 
     /// The mean time between two values, no shorter than declared: a few values tell less than the declaration.
     fn usual(&self) -> Option<Span> {
-        self.mean.map(|mean| mean.max(self.declared))
+        self.mean.filter(|mean| *mean > Span::ZERO).map(|mean| mean.max(self.declared))
     }
 
     /// How long after a value the next one is late: three quarters of a mean gap more than the mean, so that nobody waits for
@@ -74,8 +83,18 @@ impl Pace {
         let most = slow.min(Span(max_age.0 / 4 * 3)).max(half);
         let patience = self.patience().map_or(most, |patience| patience.min(most));
         let rest = self.usual().map_or(most, |mean| Span(mean.0 / 2).min(most));
-        let late = (self.last.unwrap_or(served) + patience).max(served + rest);
+        let late = (self.begun.map_or(served, |_| self.last) + patience).max(served + rest);
         // What the source gives may be older than what has gone out, and help nobody.
         late.min(served + most)
     }
+}
+
+/// A time as a share of another one.
+fn share(part: Span, whole: Span) -> f64 {
+    part.0 as f64 / (whole.0 as f64).max(1.0)
+}
+
+/// A share of a time.
+fn part(time: Span, share: f64) -> Span {
+    Span((time.0 as f64 * share) as i64)
 }

@@ -114,7 +114,7 @@ impl Provider {
     ) -> Option<Given> {
         let given = self.computed(monitor, outputs)?;
         let serving = self.state.serving_mut()?;
-        serving.pace.step(given.1.to, now);
+        serving.pace.step(now);
         if self.settings.is_met_by(&given, serving.service.timing(), now) {
             serving.unfit_since = None;
             return Some(given);

@@ -11,6 +11,7 @@ use crate::knowledge::draft::{Place, SignalDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
+use crate::knowledge::signal::usual_timeout;
 use crate::knowledge::sources::{self, Found};
 use crate::knowledge::{
     Access, IdVec, Properties, ReadingLimits, Scaling, Shape, Signal, SignalId, Variable, VariableId,
@@ -22,11 +23,6 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use standing::{frozen_after, holds, rests_at, rests_for};
-
-/// A rated signal is silent after this many periods: on every real bus, one or two readings are lost or late.
-const SILENT_PERIODS: f64 = 5.0;
-/// No signal is silent earlier: the scheduling of a busy machine delays a fast signal by tens of milliseconds.
-const SILENT_AT_LEAST: Span = Span::from_millis(100);
 
 /// Reads signals and their common causes; a signal without a known variable is left out.
 pub(super) fn build(
@@ -243,7 +239,7 @@ fn noise(problems: &mut Problems, draft: &SignalDraft, text: &Text, unit: Option
 }
 
 fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -> Option<Span> {
-    let usual = rate_hz.map(|rate| Span::from_seconds(SILENT_PERIODS / rate).max(SILENT_AT_LEAST));
+    let usual = rate_hz.map(usual_timeout);
     match text {
         None => usual,
         Some(text) if text.text == "none" => None,
