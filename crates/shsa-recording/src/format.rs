@@ -21,6 +21,8 @@ pub enum Format {
     DataFlash,
     /// Logs of ArduPilot as text.
     DataFlashText,
+    /// Logs of ArduPilot and MAVLink, printed by `mavlogdump`.
+    Mavlogdump,
     /// Frames of a CAN bus, written by Vector's tools.
     Blf,
     /// Frames of a CAN bus, written by Vector's tools as text.
@@ -155,6 +157,15 @@ pub const FORMATS: &[Row] = &[
         is: dataflash::text::is_log,
     },
     Row {
+        format: Format::Mavlogdump,
+        name: "mavlogdump",
+        endings: &["log"],
+        feature: None,
+        is_on: true,
+        naming: Naming::Topic,
+        is: dataflash::dump::is_log,
+    },
+    Row {
         format: Format::Asc,
         name: "CAN frames, ASC",
         endings: &["asc"],
@@ -273,7 +284,7 @@ pub(super) fn of_lines(name: &Path, head: &[u8]) -> Vec<&'static Row> {
     let is_of_lines = |row: &&Row| {
         let format = row.format;
         matches!(format, Format::Nmea | Format::DataFlashText | Format::Asc | Format::Candump)
-            || matches!(format, Format::Influx | Format::SignalK)
+            || matches!(format, Format::Mavlogdump | Format::Influx | Format::SignalK)
     };
     let is_open =
         FORMATS.iter().all(|row| !(row.is)(head)) && by_ending(name).as_ref().is_some_and(is_of_lines);

@@ -314,6 +314,7 @@ fn read_with(
         Format::Ulog => ulog::read(input, listener),
         Format::DataFlash => dataflash::binary::read(input, listener),
         Format::DataFlashText => dataflash::text::read(input, listener),
+        Format::Mavlogdump => dataflash::dump::read(input, options, listener),
         Format::Blf => can::blf::read(input, options, listener),
         Format::Asc => can::asc::read(input, options, listener),
         Format::Candump => can::candump::read(input, options, listener),

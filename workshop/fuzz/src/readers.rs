@@ -46,7 +46,7 @@ pub mod ulog {
     }
 }
 
-/// DataFlash of ArduPilot, binary or text; the first byte chooses.
+/// DataFlash of ArduPilot, binary, as text or as `mavlogdump` prints it; the first byte chooses.
 pub mod dataflash {
     use super::*;
 
@@ -55,11 +55,22 @@ FMT, 200, 18, IMU, QBfc, TimeUS,I,GyrZ,Roll\nFMT, 201, 17, GPS, QIH, TimeUS,GMS,
 UNIT, 0, 115, s\nMULT, 0, 70, 1e-06\nFMTU, 0, 200, s#--, F---\n\
 IMU, 1000000, 0, 0.5, -25.5\nGPS, 2000000, 38980800, 1966\nIMU, 3000000, 1, 0.25, 0.1\n";
 
+    const DUMP: &str = "2017-09-10 10:49:22.70: FMT {Type : 200, Length : 18, Name : IMU, Format : QBfc, Columns : TimeUS,I,GyrZ,Roll}\n\
+2017-09-10 10:49:22.70: FMTU {TimeUS : 0, FmtType : 200, UnitIds : s#--, MultIds : F---}\n\
+2017-09-10 10:49:22.70: IMU {TimeUS : 1000000, I : 1, GyrZ : qnan, Roll : -25.5} srcSystem=1 seq=2\n\
+{\"meta\": {\"type\": \"IMU\", \"timestamp\": 1505040562.7}, \"data\": {\"TimeUS\": 1000000, \"I\": 1, \"GyrZ\": NaN, \"Roll\": [1, 2]}}\n\
+2017-09-10 10:49:22.80: GPS {TimeUS : 2000000, GMS : 38980800, GWk : 1966}\n";
+
     /// Reads the rest of the bytes as a log.
     pub fn run(bytes: &[u8]) {
         let (kind, bytes) = bytes.split_first().unwrap_or((&0, &[]));
         let sources = ["IMU#GyrZ", "IMU[1]#Roll", "GPS#GWk@TimeUS*1us", "FMT#Length[Name=IMU]"];
-        check(["log.bin", "text.log"][usize::from(kind % 2)], bytes, &sources, &ReadOptions::default());
+        check(
+            ["log.bin", "text.log", "dump.log"][usize::from(kind % 3)],
+            bytes,
+            &sources,
+            &ReadOptions::default(),
+        );
     }
 
     /// A log of two kinds of messages with units.
@@ -90,7 +101,8 @@ IMU, 1000000, 0, 0.5, -25.5\nGPS, 2000000, 38980800, 1966\nIMU, 3000000, 1, 0.25
             ),
             message(200, &[2; 15]),
         ];
-        vec![[vec![0], parts.concat()].concat(), [b"\x01", TEXT.as_bytes()].concat()]
+        let texts = [[b"\x01", TEXT.as_bytes()].concat(), [b"\x02", DUMP.as_bytes()].concat()];
+        [&[[vec![0], parts.concat()].concat()][..], &texts].concat()
     }
 }
 

@@ -8,6 +8,7 @@ mod clock;
 mod format;
 pub(super) mod binary;
 pub(super) mod text;
+pub(super) mod dump;
 
 /// Fields with the time since boot, and the nanoseconds of one step. Old logs count milliseconds; in their GPS messages `TimeMS`
 /// is the time of the week, and `T` the time since boot.

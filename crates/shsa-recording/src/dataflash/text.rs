@@ -1,4 +1,4 @@
-//! The text form: each message is a line, `IMU, 402644506, 0.0189, ..`, as `mavlogdump` and ground stations write it. Numbers are
+//! The text form: each message is a line, `IMU, 402644506, 0.0189, ..`, as ground stations write it. Numbers are
 //! already scaled.
 
 use std::collections::BTreeMap;
@@ -166,7 +166,7 @@ impl Log {
 }
 
 /// A letter, written as such or by its number.
-fn of_letter(text: &str) -> Option<u8> {
+pub(super) fn of_letter(text: &str) -> Option<u8> {
     match text.as_bytes() {
         [letter] if !letter.is_ascii_digit() => Some(*letter),
         _ => text.parse().ok(),

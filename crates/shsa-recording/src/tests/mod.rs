@@ -233,7 +233,11 @@ fn formats_are_known_by_content_then_by_extension() {
     check("a.csv.xz", b"\xfd7zXZ\0", "a file packed by xz");
     check("a.csv.bz2", b"BZh91AY&SY", "a file packed by bzip2");
     check("a.csv", b"BZh9,x\n", "Csv");
-    check("a.log", b"nothing\n", "NMEA 0183, DataFlash log as text, CAN frames, candump, Signal K deltas");
+    check(
+        "a.log",
+        b"nothing\n",
+        "NMEA 0183, DataFlash log as text, mavlogdump, CAN frames, candump, Signal K deltas",
+    );
     check("a.lp", b"nothing\n", "InfluxDB line protocol");
     check("a.log", b"", "Nmea");
     let late = "nothing of note\n".repeat(300) + "(1.0) can0 123#01\n";
