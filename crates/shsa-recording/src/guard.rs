@@ -8,7 +8,7 @@ use super::{Place, RecordingError};
 use shsa_core::time::Time;
 use shsa_message::json::{Place as JsonPlace, Shapes, Visitor};
 use shsa_message::protobuf;
-use shsa_message::ros::{Body as RosBody, Extent, Layout};
+use shsa_message::ros::{Body as RosBody, Extent, Layout, Types, is_version_2, recode};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -49,13 +49,25 @@ enum Definition {
     /// Nothing is known.
     Unknown,
     Json(Box<Shapes<()>>),
-    Ros(Extent, Layout),
+    Ros1(Extent),
+    Ros2(Box<Ros2>),
     Protobuf(Arc<protobuf::Types>, String),
 }
 
+/// The definition of messages of ROS 2.
+struct Ros2 {
+    /// `None` where the end of a message cannot be found.
+    extent: Option<Extent>,
+    types: Arc<Types>,
+    kind: String,
+    /// A message of version 2 of the encoding, as one of version 1.
+    recoded: Vec<u8>,
+}
+
 /// How a message fits its definition.
-enum Fit {
-    Whole,
+enum Fit<'a> {
+    /// It does, with these bytes.
+    Whole(&'a [u8]),
     Not,
     /// It is of another encoding, by this error.
     Foreign(String),
@@ -65,41 +77,56 @@ impl Definition {
     fn of(fields: &Fields) -> Definition {
         match fields {
             Fields::Json => Definition::Json(Box::default()),
-            Fields::Ros { types, kind, layout } => match Extent::new(types, *layout, kind) {
-                Ok(extent) => Definition::Ros(extent, *layout),
-                Err(_) => Definition::Unknown,
+            Fields::Ros { types, kind, layout } => match (layout, Extent::new(types, *layout, kind).ok()) {
+                (Layout::Packed, extent) => extent.map_or(Definition::Unknown, Definition::Ros1),
+                (Layout::Cdr, extent) => {
+                    let (types, kind) = (types.clone(), kind.clone());
+                    Definition::Ros2(Box::new(Ros2 { extent, types, kind, recoded: Vec::new() }))
+                }
             },
             Fields::Protobuf(types, kind) => Definition::Protobuf(types.clone(), kind.clone()),
             Fields::Named(_) | Fields::Unknown(_) => Definition::Unknown,
         }
     }
 
-    fn fit(&mut self, bytes: &[u8]) -> Fit {
+    fn fit<'a>(&'a mut self, bytes: &'a [u8]) -> Fit<'a> {
         let is_whole = match self {
             Definition::Unknown => true,
             Definition::Json(shapes) => {
                 std::str::from_utf8(bytes).is_ok_and(|text| shapes.walk(text, (), &mut Nothing).is_ok())
             }
-            Definition::Ros(extent, Layout::Packed) => extent.fits(RosBody::packed(bytes)),
-            Definition::Ros(extent, Layout::Cdr) => match RosBody::cdr(bytes) {
-                Ok(body) => extent.fits(body),
-                Err(problem) => return Fit::Foreign(problem.to_string()),
-            },
+            Definition::Ros1(extent) => extent.fits(RosBody::packed(bytes)),
+            Definition::Ros2(definition) => return definition.fit(bytes),
             Definition::Protobuf(types, kind) => types.fits(kind, bytes),
         };
-        if is_whole { Fit::Whole } else { Fit::Not }
+        if is_whole { Fit::Whole(bytes) } else { Fit::Not }
+    }
+}
+
+impl Ros2 {
+    fn fit<'a>(&'a mut self, message: &'a [u8]) -> Fit<'a> {
+        let bytes = match self.extent.is_some() && is_version_2(message) {
+            true if recode(&self.types, &self.kind, message, &mut self.recoded) => &self.recoded,
+            true => return Fit::Not,
+            false => message,
+        };
+        match RosBody::cdr(bytes) {
+            Ok(body) if self.extent.as_ref().is_none_or(|extent| extent.fits(body)) => Fit::Whole(bytes),
+            Ok(_) => Fit::Not,
+            Err(problem) => Fit::Foreign(problem.to_string()),
+        }
     }
 }
 
 impl Watched {
-    /// Whether a message fits; counts one that does not.
-    fn check(&mut self, bytes: &[u8]) -> bool {
+    /// The bytes of a message that fits; counts one that does not.
+    fn checked<'a>(&'a mut self, bytes: &'a [u8]) -> Option<&'a [u8]> {
         match self.definition.fit(bytes) {
-            Fit::Whole => return true,
+            Fit::Whole(bytes) => return Some(bytes),
             Fit::Not => self.misfits += 1,
             Fit::Foreign(problem) => self.foreign.get_or_insert((problem, 0)).1 += 1,
         }
-        false
+        None
     }
 
     fn report(self, listener: &mut dyn Listener) {
@@ -173,12 +200,13 @@ impl Listener for Guard<'_> {
 
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>) {
         let Some(watched) = self.watched.get_mut(topic.0) else { return };
-        let is_whole = match body {
-            Body::Bytes(bytes) => watched.check(bytes),
-            _ => true,
+        let behind = watched.topic;
+        let body = match body {
+            Body::Bytes(bytes) => watched.checked(bytes).map(Body::Bytes),
+            body => Some(body),
         };
-        if is_whole {
-            self.listener.message(watched.topic, times, body);
+        if let Some(body) = body {
+            self.listener.message(behind, times, body);
         }
     }
 

@@ -22,13 +22,16 @@ fn messages_of_ros_2() {
     let whole = b"\0\x01\0\0\x01\0\x02\0";
     let padded = [&whole[..], &[0; 3]].concat();
     let long = [&whole[..], &[0; 4]].concat();
-    let other = [&b"\0\x07\0\0"[..], &whole[4..]].concat();
+    let second = [&b"\0\x07\0\0"[..], &whole[4..]].concat();
+    let sized = b"\0\x09\0\0\x04\0\0\0\x05\0\x06\0";
+    let unsized_one = [&b"\0\x09\0\0"[..], &whole[4..]].concat();
+    let other = [&b"\0\x03\0\0"[..], &whole[4..]].concat();
     check(
         &about,
-        &[whole, &padded, &long, &whole[..7], &other],
+        &[whole, &padded, &long, &whole[..7], &second, sized, &unsized_one, &other],
         "a#y",
-        "0@1=2\n0@2=2\n! a.mcap: topic /a: 2 messages do not fit their definition a/msg/A; left out\n\
-         ! a.mcap: topic /a: 1 messages are not read here; the first: an encapsulation 0x0007 (XCDR version 2) \
+        "0@1=2\n0@2=2\n0@5=2\n0@6=6\n! a.mcap: topic /a: 3 messages do not fit their definition a/msg/A; left out\n\
+         ! a.mcap: topic /a: 1 messages are not read here; the first: an encapsulation 0x0003 (a parameter list) \
          is no plain CDR (0x0000 or 0x0001)\ndegraded",
     );
 }
