@@ -62,13 +62,18 @@ pub struct Field {
     pub stamp: Option<StampField>,
 }
 
+/// Whether a file has this name, with its ending and folders or without them.
+#[must_use]
+pub fn is_named(file: &Path, name: &str) -> bool {
+    let name = name.strip_prefix("./").unwrap_or(name);
+    file.ends_with(name) || file.with_extension("").ends_with(name)
+}
+
 impl Source {
     /// Whether the source names this file.
     #[must_use]
     pub fn is_of_file(&self, file: &Path) -> bool {
-        let Some(name) = self.file.as_deref() else { return true };
-        let name = name.strip_prefix("./").unwrap_or(name);
-        file.ends_with(name) || file.with_extension("").ends_with(name)
+        self.file.as_deref().is_none_or(|name| is_named(file, name))
     }
 
     /// The topic of a bag, and the path of the field within its messages.

@@ -2,11 +2,15 @@
 
 use super::files::{File, open, without_packing};
 use super::format::Format;
-use super::{ReadOptions, table};
+use super::{ReadOptions, RecordingError, table, zones};
 
 /// The options with the order of dates that all tables have in common, where none is given. What is compressed is not looked into: that
 /// would take as long as reading it.
-pub(super) fn decided(options: &ReadOptions, files: &[File]) -> ReadOptions {
+///
+/// # Errors
+/// A zone of a file that is not read.
+pub(super) fn decided(options: &ReadOptions, files: &[File]) -> Result<ReadOptions, RecordingError> {
+    zones::checked(options, files)?;
     let is_plain_table =
         |file: &&File| file.row.format == Format::Csv && without_packing(&file.path) == file.path;
     let dates = || {
@@ -14,5 +18,5 @@ pub(super) fn decided(options: &ReadOptions, files: &[File]) -> ReadOptions {
         tables.flat_map(|mut opened| table::dates(&mut opened.input, options)).collect::<Vec<String>>()
     };
     let date_order = options.date_order.or_else(|| table::clock::order_of_all(&dates()));
-    ReadOptions { date_order, ..options.clone() }
+    Ok(ReadOptions { date_order, ..options.clone() })
 }

@@ -38,6 +38,14 @@ pub enum RecordingError {
         /// The formats that were tried.
         tried: Vec<&'static str>,
     },
+    /// A zone is given for a recording that is not read.
+    #[error("--time-zone {name}=..: no recording has this name{hint}")]
+    ZoneOfNothing {
+        /// The name.
+        name: String,
+        /// The nearest name, and the names of the recordings.
+        hint: String,
+    },
     /// A folder without a single file of a known format.
     #[error("{}: no recording in this folder; looked for: {}", folder.display(), format::known())]
     EmptyFolder {

@@ -52,6 +52,7 @@ mod stamp;
 mod stamps;
 mod sorted;
 mod dates;
+mod zones;
 mod stream;
 
 use std::path::{Path, PathBuf};
@@ -94,6 +95,8 @@ pub struct ReadOptions {
     pub date_order: Option<DateOrder>,
     /// The zone of times without one.
     pub zone: Zone,
+    /// Other zones of single recordings, each by the name of its file or folder.
+    pub zones: Vec<(String, Zone)>,
     /// Folders with definitions of ROS 2 messages, `PACKAGE/msg/NAME.msg`, that recordings lack.
     pub messages: Vec<PathBuf>,
     /// Databases of CAN messages (DBC).
@@ -217,7 +220,7 @@ pub fn read(
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let empty = Gathered::new(&wants, Destination::Kept);
-    let options = dates::decided(options, &files);
+    let options = dates::decided(options, &files)?;
     let gathered = read_all(&files, files.len() == 1, &mut wants, &options, empty)?;
     Ok(gathered.finish(&wants).0)
 }
@@ -238,6 +241,7 @@ fn read_all(
     for File { path, row } in files {
         gathered.begin(path, files::size(path));
         let Opened { mut input, problem } = open(path)?;
+        let options = &options.of_file(path);
         problem.into_iter().for_each(|problem| gathered.damaged(Place::Whole, problem));
         read_one(row, &mut input, wants, options, &mut gathered)?;
         if gathered.surveyed().is_some_and(Surveyed::may_be_set) {
@@ -279,7 +283,7 @@ pub fn read_bytes(
         lone_table(name, &mut wants, &mut gathered);
     }
     gathered.begin(name, bytes.len() as u64);
-    read_one(row, &mut Cursor::new(bytes), &wants, options, &mut gathered)?;
+    read_one(row, &mut Cursor::new(bytes), &wants, &options.of_file(name), &mut gathered)?;
     gathered.end();
     Ok(gathered.finish(&wants).0)
 }
@@ -334,12 +338,12 @@ fn read_with(
 /// As [`read`]. Memory grows with topics and fields.
 pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
     let files = files_of(paths)?;
-    let options = dates::decided(options, &files);
+    let options = dates::decided(options, &files)?;
     let of_file = |File { path, row }: &File| {
         let mut inventory = Inventory::new(path);
         let Opened { mut input, problem } = open(path)?;
         problem.into_iter().for_each(|problem| inventory.damaged(Place::Whole, problem));
-        read_with(row.format, &mut input, &options, &mut inventory)?;
+        read_with(row.format, &mut input, &options.of_file(path), &mut inventory)?;
         Ok(inventory.finish(row.name))
     };
     files.iter().map(of_file).collect()

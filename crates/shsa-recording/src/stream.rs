@@ -65,7 +65,7 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
-    let options = dates::decided(options, &files);
+    let options = dates::decided(options, &files)?;
     let mut gathered = read_all(&files, files.len() == 1, &mut wants, &options, gathered)?;
     let mixed = gathered.surveyed().map(|surveyed| surveyed.mixed.clone()).unwrap_or_default();
     let (unstamped, divisions) = (gathered.unstamped().to_vec(), gathered.divisions().to_vec());

@@ -9,6 +9,7 @@ use shsa_message::span::parse_span;
 use shsa_message::zone::Zone;
 use shsa_recording::{ReadOptions, Recording, Wanted};
 use std::path::PathBuf;
+use std::str::FromStr;
 
 /// What recordings do not say of themselves.
 #[derive(clap::Args)]
@@ -22,9 +23,9 @@ pub(crate) struct ReadArguments {
     /// The order of day, month and year in dates that fit several (dmy, mdy, ymd); else the dates of all files decide.
     #[arg(long, value_name = "ORDER", help_heading = READING)]
     date_order: Option<DateOrder>,
-    /// Where times without a zone were written down: UTC, +02:00, Europe/Vienna.
+    /// Where times without a zone were written down: UTC, +02:00, Europe/Vienna; log.csv=Europe/Vienna for one recording, several times.
     #[arg(long, value_name = "ZONE", allow_hyphen_values = true, help_heading = READING)]
-    time_zone: Option<Zone>,
+    time_zone: Vec<ZoneOf>,
     /// A folder with the definitions of ROS 2 messages that recordings lack, PACKAGE/msg/NAME.msg; may be given several times.
     #[arg(long, value_name = "DIR", help_heading = READING)]
     messages: Vec<PathBuf>,
@@ -33,14 +34,36 @@ pub(crate) struct ReadArguments {
     dbc: Vec<PathBuf>,
 }
 
+/// A zone of all recordings, or of those in a file or folder.
+#[derive(Clone)]
+struct ZoneOf {
+    file: Option<String>,
+    zone: Zone,
+}
+
+impl FromStr for ZoneOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<ZoneOf, String> {
+        match text.rsplit_once('=') {
+            Some(("", _)) => Err("write FILE=ZONE, or the zone alone".to_owned()),
+            Some((file, zone)) => Ok(ZoneOf { file: Some(file.to_owned()), zone: zone.parse()? }),
+            None => Ok(ZoneOf { file: None, zone: text.parse()? }),
+        }
+    }
+}
+
 impl ReadArguments {
-    /// The options of the readers.
+    /// The options of the readers; of several zones for all recordings, the last one.
     pub(crate) fn options(&self) -> ReadOptions {
+        let of_all = self.time_zone.iter().rev().find(|it| it.file.is_none());
+        let of_one = |it: &ZoneOf| Some((it.file.clone()?, it.zone.clone()));
         ReadOptions {
             time_column: self.time_column.clone(),
             time_scale: self.time_unit,
             date_order: self.date_order,
-            zone: self.time_zone.clone().unwrap_or_default(),
+            zone: of_all.map(|it| it.zone.clone()).unwrap_or_default(),
+            zones: self.time_zone.iter().filter_map(of_one).collect(),
             messages: self.messages.clone(),
             dbc: self.dbc.clone(),
         }
@@ -62,5 +85,18 @@ impl ReadArguments {
             );
         }
         Ok(recording)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_zone_may_be_of_one_recording() {
+        let file = |text: &str| text.parse::<ZoneOf>().map(|it| it.file);
+        assert_eq!(file("Europe/Vienna"), Ok(None));
+        assert_eq!(file("a=b.csv=+02:00"), Ok(Some("a=b.csv".into())));
+        assert!(file("=UTC").is_err() && file("log.csv=Nowhere").is_err());
     }
 }

@@ -14,6 +14,7 @@ mod samples;
 mod sessions;
 mod sqlite_writer;
 mod tables;
+mod zones;
 pub(super) mod collector;
 
 use std::fs;
