@@ -10,6 +10,7 @@ mod thrift;
 mod description;
 mod cells;
 mod snappy;
+mod lz4;
 mod encoding;
 mod source;
 mod head;

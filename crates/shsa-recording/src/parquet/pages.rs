@@ -7,8 +7,8 @@ use super::description::{Chunk, Column, Physical};
 use super::encoding;
 use super::head::Head;
 use super::page::Page;
-use super::snappy;
 use super::source::{Source, Window};
+use super::{lz4, snappy};
 use std::borrow::Cow;
 use std::io;
 use std::iter::repeat_n;
@@ -337,13 +337,13 @@ fn unpacked<'p>(
             let unpacked = unpacker.unpack(method, packed, length as u64);
             unpacked.problem.map_or(Ok(Cow::Owned(unpacked.bytes)), Err)
         }
+        5 => all(lz4::unpack(packed, length)),
         7 => all(lz4_flex::block::decompress(packed, length).ok()),
         other => Err(format!(
             "it is packed by {}, which is not known here",
             match other {
                 3 => "LZO",
                 4 => "Brotli",
-                5 => "LZ4 in Hadoop's way",
                 _ => "an unknown method",
             }
         )),
