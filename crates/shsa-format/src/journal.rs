@@ -9,8 +9,14 @@
 //! the model) is one of `{"report_ns": 5, "need": 0, "ready": 1}`, `{"report_ns": 5, "need": 0, "gone": true}` and `{"report_ns":
 //! 5, "need": 0, "answer": 7, "from_ns": 3, "to_ns": 4, "value": {"lo": 1, "hi": 2}}`, without the three last where there is no
 //! value.
+//!
+//! A journal may be [sealed](seal): then each line ends with a field `seal`, the first one has the number of its `file` as well, and the
+//! seal `after` which it comes. Two more lines are in sealed journals only: who has given an order, `{"ordered_ns": 5, "by": "10.0.0.7",
+//! "done": "forbid /a"}`, and a signature of all that comes before, `{"signature": ".."}`.
 
 mod line;
+pub mod seal;
+pub mod examination;
 
 pub(crate) use line::Number;
 
@@ -52,7 +58,7 @@ impl<W: Write> JournalWriter<W> {
     /// Errors of the output.
     pub fn new(mut output: W, knowledge: &KnowledgeBase) -> io::Result<JournalWriter<W>> {
         let signals = names(knowledge);
-        write_line(&mut output, &Head { journal: FORMAT.to_owned(), signals })?;
+        write_line(&mut output, &Head { journal: FORMAT.to_owned(), signals, file: None, after: None })?;
         Ok(JournalWriter { output })
     }
 
@@ -84,6 +90,15 @@ impl<W: Write> JournalWriter<W> {
             },
         };
         write_line(&mut self.output, &line)
+    }
+
+    /// Adds who has given an order that was carried out, and what was done; for sealed journals.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn ordered(&mut self, time: Time, by: &str, done: &str) -> io::Result<()> {
+        let (by, done) = (by.to_owned(), done.to_owned());
+        write_line(&mut self.output, &Line::Ordered { ordered_ns: time.0, by, done })
     }
 
     /// The output.

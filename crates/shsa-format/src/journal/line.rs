@@ -13,6 +13,11 @@ use shsa_core::time::{Time, Validity};
 pub(super) struct Head {
     pub(super) journal: String,
     pub(super) signals: Vec<String>,
+    /// The number of the file in a sealed journal, and the seal of the last record of the file before it.
+    #[serde(default, skip_serializing)]
+    pub(super) file: Option<u64>,
+    #[serde(default, skip_serializing)]
+    pub(super) after: Option<String>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -46,6 +51,16 @@ pub(super) enum Line {
         need: usize,
         #[serde(flatten)]
         report_form: ReportForm,
+    },
+    /// Who has given the orders that the lines before carry out; only in sealed journals.
+    Ordered {
+        ordered_ns: i64,
+        by: String,
+        done: String,
+    },
+    /// A signature of all that comes before.
+    Signature {
+        signature: String,
     },
 }
 
@@ -198,13 +213,13 @@ impl From<Value> for RawValue {
 }
 
 impl Line {
-    /// The input in the line; `None` for a change of the model.
+    /// The input in the line; `None` for a change of the model, and for what is no input.
     ///
     /// # Errors
     /// The problem of the line.
     pub(super) fn input(self, signals: &[SignalId]) -> Result<Option<Input>, String> {
         Ok(Some(match self {
-            Line::Reload { .. } => return Ok(None),
+            Line::Reload { .. } | Line::Ordered { .. } | Line::Signature { .. } => return Ok(None),
             Line::Tick { tick_ns } => Input::Tick(Time(tick_ns)),
             Line::Order { order_ns, given } => {
                 let order = given.order().map_err(|error| error.to_string())?;

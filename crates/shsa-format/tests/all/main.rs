@@ -12,5 +12,6 @@ mod examples;
 mod reference;
 
 mod restart;
+mod sealed;
 mod sound;
 mod stories;
