@@ -1,9 +1,10 @@
 //! The files of a healer: its journal, its record and its state. A disk that refuses them is told, and delays nothing.
 
 use super::input_log::InputLog;
-use super::journal::{Bounds, Journal, Missing};
+use super::journal::{Journal, Missing};
 use super::state_file::{Earlier, StateFile};
 use crate::error::{Context, RuntimeError};
+use crate::options::JournalOptions;
 use shsa_core::engine::Engine;
 use shsa_core::knowledge::KnowledgeBase;
 use std::path::Path;
@@ -24,12 +25,11 @@ impl Files {
     /// When there can be no thread.
     pub(super) fn keep_journal(
         &mut self,
-        folder: &Path,
+        options: &JournalOptions,
         model: &str,
-        bounds: Bounds,
         knowledge: &KnowledgeBase,
     ) -> Result<Option<String>, RuntimeError> {
-        let journal = Journal::begin(folder, model, bounds, knowledge);
+        let (journal, folder) = (Journal::begin(options, model, knowledge), &options.folder);
         self.input_log.journal =
             Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
         let words = |it: Missing| format!("there is no journal in {} yet: {}", folder.display(), it.because);

@@ -11,8 +11,8 @@ use super::files::Files;
 use super::held_back::HeldBack;
 use super::input_log::InputLog;
 use super::inputs::Inputs;
-use super::journal::{Bounds, Missing};
-use super::options::Model;
+use super::journal::Missing;
+use super::options::{JournalOptions, Model};
 use super::outlet::Outlet;
 use super::recording::{Recording, RunRecorder};
 use super::sandbox::{Consequences, SandboxOptions, Workers};
@@ -144,9 +144,9 @@ impl Healer {
     ///
     /// # Errors
     /// When there can be no thread.
-    pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> Result<(), RuntimeError> {
+    pub(super) fn keep_journal(&mut self, options: &JournalOptions) -> Result<(), RuntimeError> {
         let knowledge = self.engine.knowledge();
-        let refused = self.files.keep_journal(folder, &self.name, bounds, knowledge)?;
+        let refused = self.files.keep_journal(options, &self.name, knowledge)?;
         self.notes.extend(refused.map(|because| ("degraded", because)));
         Ok(())
     }

@@ -2,6 +2,7 @@
 
 use super::journal::{Journal, Missing};
 use super::recording::Recording;
+use shsa_core::time::Time;
 use shsa_format::drive::Given;
 
 /// Where inputs are written. Each writer counts by itself what it cannot write.
@@ -20,6 +21,13 @@ impl InputLog {
         }
         if let Some(recording) = &mut self.recording {
             recording.record(given);
+        }
+    }
+
+    /// Adds who has given an order that was carried out, and what was done.
+    pub(super) fn ordered(&mut self, time: Time, by: &str, done: &str) {
+        if let Some(journal) = &mut self.journal {
+            journal.ordered(time, by, done);
         }
     }
 

@@ -5,19 +5,24 @@
 //! the names of the signals, and can be replayed alone.
 
 mod missing;
+mod key;
+mod sealer;
 mod kept;
 mod disk;
 
+pub use key::{PublicKey, SigningKey};
 pub(super) use missing::Missing;
+pub use sealer::JournalSeal;
 
+use crate::options::JournalOptions;
 use disk::Disk;
 use missing::{lose, wait};
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::time::Time;
 use shsa_format::drive::Given;
 use shsa_format::journal::JournalWriter;
 use std::io;
 use std::mem;
-use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -50,6 +55,7 @@ pub(super) struct Journal {
     /// Closed when all chunks are written.
     written: Receiver<()>,
     missing: Arc<Mutex<Missing>>,
+    is_sealed: bool,
 }
 
 /// Inputs to be written to the disk.
@@ -67,13 +73,13 @@ impl Journal {
     /// # Errors
     /// When there can be no thread.
     pub(super) fn begin(
-        folder: &Path,
+        options: &JournalOptions,
         model: &str,
-        bounds: Bounds,
         knowledge: &KnowledgeBase,
     ) -> io::Result<Journal> {
         let head = head(knowledge)?;
-        let mut disk = Disk::new(folder, model, bounds);
+        let JournalOptions { folder, size, older, seal } = options;
+        let mut disk = Disk::new(folder, model, Bounds { size: *size, older: *older }, seal.clone());
         let refused = disk.begin(&head).err();
         let (chunks, taken) = sync_channel(WAITING);
         let (writing, written) = sync_channel(0);
@@ -84,7 +90,8 @@ impl Journal {
             disk.write_all(&taken, &described);
             drop(writing);
         })?;
-        Ok(Journal { lines: lines(knowledge)?, inputs: 0, head, chunks: Some(chunks), written, missing })
+        let (lines, is_sealed) = (lines(knowledge)?, !matches!(seal, JournalSeal::Off));
+        Ok(Journal { lines, inputs: 0, head, chunks: Some(chunks), written, missing, is_sealed })
     }
 
     /// Adds an input.
@@ -100,12 +107,20 @@ impl Journal {
         Ok(())
     }
 
-    /// Hands the added inputs to the writing thread, without waiting.
+    /// Adds who has given an order, where the journal is sealed.
+    pub(super) fn ordered(&mut self, time: Time, by: &str, done: &str) {
+        if self.is_sealed {
+            // Writing to memory never fails.
+            let _ = self.lines.ordered(time, by, done);
+        }
+    }
+
+    /// Hands the added lines to the writing thread, without waiting.
     pub(super) fn hand_over(&mut self) {
-        if self.inputs == 0 {
+        let lines = mem::take(self.lines.output_mut());
+        if lines.is_empty() {
             return;
         }
-        let lines = mem::take(self.lines.output_mut());
         let chunk = Chunk { head: self.head.clone(), lines, inputs: mem::take(&mut self.inputs) };
         let Some(chunks) = &self.chunks else { return };
         if let Err(TrySendError::Full(chunk) | TrySendError::Disconnected(chunk)) = chunks.try_send(chunk) {
@@ -142,9 +157,8 @@ fn head(knowledge: &KnowledgeBase) -> io::Result<Arc<[u8]>> {
 mod tests {
     use super::*;
     use shsa_core::engine::Input;
-    use shsa_core::time::Time;
     use std::fs;
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
     const MODEL: &str = "{shsa: 1, variables: {speed: {unit: m/s}}, signals: {gps: {variable: speed}}}";
 
@@ -158,6 +172,10 @@ mod tests {
         folder
     }
 
+    fn options(folder: &Path, seal: JournalSeal) -> JournalOptions {
+        JournalOptions { folder: folder.to_owned(), size: 1 << 20, older: 1, seal }
+    }
+
     #[test]
     fn a_disk_that_refuses_from_the_beginning_gets_all_later() {
         let folder = folder("late");
@@ -165,8 +183,7 @@ mod tests {
         // Nothing can be in a folder whose name is that of a file.
         let place = folder.join("place");
         fs::write(&place, "").unwrap();
-        let bounds = Bounds { size: 1 << 20, older: 1 };
-        let mut journal = Journal::begin(&place, "m", bounds, &knowledge()).unwrap();
+        let mut journal = Journal::begin(&options(&place, JournalSeal::Off), "m", &knowledge()).unwrap();
         assert!(journal.missing().waits && !journal.missing().because.is_empty());
         journal.record(Given::Input(&Input::Tick(Time(1)))).unwrap();
         journal.hand_over();
@@ -183,8 +200,7 @@ mod tests {
     #[test]
     fn what_is_recorded_replays() {
         let folder = folder("whole");
-        let bounds = Bounds { size: 1 << 20, older: 1 };
-        let mut journal = Journal::begin(&folder, "m", bounds, &knowledge()).unwrap();
+        let mut journal = Journal::begin(&options(&folder, JournalSeal::Off), "m", &knowledge()).unwrap();
         for tick in 0..100 {
             journal.record(Given::Input(&Input::Tick(Time(tick)))).unwrap();
             journal.hand_over();

@@ -60,6 +60,7 @@ pub use event_log::{Decision, Printer};
 pub use execution_bound::{FEWEST_EXECUTIONS, execution_bound};
 pub use explained::Explainer;
 pub use handle::{Events, Handle};
+pub use journal::{JournalSeal, PublicKey, SigningKey};
 pub use options::{JournalOptions, Model, Options};
 pub use recording::RunRecorder;
 pub use runtime::{Ending, Runtime};

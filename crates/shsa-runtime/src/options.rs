@@ -3,6 +3,7 @@
 use crate::control::Token;
 use crate::event_log::Printer;
 use crate::explained::Explainer;
+use crate::journal::JournalSeal;
 use crate::recording::RunRecorder;
 use crate::sandbox::SandboxOptions;
 use shsa_core::engine;
@@ -98,4 +99,6 @@ pub struct JournalOptions {
     pub size: u64,
     /// The number of older files that are kept.
     pub older: usize,
+    /// How it shows that it was changed; off, its bytes are those of the inputs alone.
+    pub seal: JournalSeal,
 }

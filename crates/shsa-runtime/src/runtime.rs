@@ -10,7 +10,6 @@ use crate::federation::Federation;
 use crate::figures::Figures;
 use crate::handle::Handle;
 use crate::healer::Healer;
-use crate::journal::Bounds;
 use crate::neighbours::Neighbours;
 use crate::options::{Model, Options};
 use crate::ownership::Ownership;
@@ -105,8 +104,7 @@ impl Runtime {
             healer.isolate(&sandbox, inbox.clone())?;
         }
         if let Some(journal) = &options.journal {
-            let bounds = Bounds { size: journal.size, older: journal.older };
-            healers.iter_mut().try_for_each(|healer| healer.keep_journal(&journal.folder, bounds))?;
+            healers.iter_mut().try_for_each(|healer| healer.keep_journal(journal))?;
         }
         for (model, recorder) in options.recorders {
             if let Some(healer) = healers.iter_mut().find(|healer| healer.name() == model) {

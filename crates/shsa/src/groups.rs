@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Start", &["demo", "doctor", "draft", "check", "analyze"]),
     ("Recordings", &["info", "replay", "explain", "calibrate", "learn", "campaign"]),
-    ("Live", &["run", "top", "scan", "service"]),
+    ("Live", &["run", "top", "scan", "journal", "service"]),
     ("Models", &["model", "test", "plan", "assure"]),
 ];
 

@@ -18,6 +18,7 @@ mod groups;
 mod headings;
 mod help;
 mod info;
+mod journal;
 mod learn;
 mod log;
 mod man;
@@ -88,6 +89,8 @@ enum Command {
     Top(top::Arguments),
     /// List what is on a bus, and which signals of a model are missing.
     Scan(scan::Arguments),
+    /// Find whether the journal of a run was changed.
+    Journal(journal::Arguments),
     /// Compute one value from others, message by message.
     Service(service::Arguments),
     /// Convert, join, format and patch models; print their schema.
@@ -138,6 +141,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Top(arguments) => top::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
+        Command::Journal(arguments) => journal::run(&arguments),
         Command::Service(arguments) => service::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),
         Command::Test(arguments) | Command::Story(arguments) => test::run(&arguments),

@@ -27,7 +27,8 @@ use shsa_report::analysis::unwatched;
 use shsa_report::event_text;
 use shsa_report::explanation::evidence_json;
 use shsa_runtime::{
-    Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, Token, substitute,
+    Decision, Ending, Handle, JournalOptions, JournalSeal, Model, Options, Order, Printer, Runtime,
+    SigningKey, Token, substitute,
 };
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
@@ -109,6 +110,13 @@ pub(crate) struct Arguments {
     /// How many older files of the journal are kept.
     #[arg(long, value_name = "N", default_value_t = 7, help_heading = OUTPUT)]
     journal_keep: usize,
+    /// Let each record of the journal carry the hash of the one before, so that `shsa journal verify` finds what was changed; who
+    /// gives an order is written down as well.
+    #[arg(long, requires = "journal", help_heading = OUTPUT)]
+    journal_seal: bool,
+    /// Seal the journal, and sign the end of each of its files by the private Ed25519 key in this file.
+    #[arg(long, value_name = "FILE", requires = "journal", help_heading = OUTPUT)]
+    journal_key: Option<PathBuf>,
     /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler, as `shsa replay --record` does; of one model only. It
     /// grows until the run ends, and can be replayed.
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
@@ -284,10 +292,16 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
         show::print_report(&report);
         AlreadyReported
     })?;
+    let seal = match (&arguments.journal_key, arguments.journal_seal) {
+        (Some(key), _) => JournalSeal::Signed(SigningKey::read(key)?),
+        (None, true) => JournalSeal::Chained,
+        (None, false) => JournalSeal::Off,
+    };
     let journal = |folder: &PathBuf| JournalOptions {
         folder: folder.clone(),
         size: arguments.journal_size << 20,
         older: arguments.journal_keep,
+        seal,
     };
     Ok(Options {
         name: arguments.name.clone(),

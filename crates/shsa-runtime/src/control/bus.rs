@@ -178,8 +178,8 @@ impl Clerk {
                 if let Some(why) = seen.refusal("the right `token`") {
                     return Err(why);
                 }
-                let order = Order::from_fields(order).map_err(|why| format!("no order: {why}"))?;
-                self.ask(Request::Order { order, caller: caller.to_owned() })?
+                let order = Request::order(order, caller).map_err(|why| format!("no order: {why}"))?;
+                self.ask(order)?
             }
         };
         match reply {

@@ -249,8 +249,9 @@ async fn order(
     let Ok(body) = to_bytes(body, LARGEST).await else {
         return problem(StatusCode::PAYLOAD_TOO_LARGE, &format!("an order has at most {LARGEST} bytes"));
     };
-    match Order::read(&String::from_utf8_lossy(&body)) {
-        Ok(order) => answer(ask(&shared, Request::Order { order, caller: caller.to_string() }).await),
+    let fields = serde_json::from_slice(&body).map_err(|error| error.to_string());
+    match fields.and_then(|fields| Request::order(fields, &caller.to_string())) {
+        Ok(order) => answer(ask(&shared, order).await),
         Err(error) => problem(StatusCode::BAD_REQUEST, &format!("no order: {error}")),
     }
 }

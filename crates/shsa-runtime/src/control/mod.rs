@@ -7,7 +7,7 @@ mod token;
 mod web;
 
 pub use token::Token;
-pub(super) use token::{Guard, Tokens};
+pub(super) use token::{Guard, Tokens, is_open_to_all};
 
 use crate::bands::BandsOf;
 use crate::view::Look;
@@ -20,6 +20,8 @@ use shsa_format::order::OrderForm;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use tokio::sync::oneshot;
 
+/// The longest name of who gives an order, bytes.
+const LONGEST_NAME: usize = 100;
 /// The number of requests that may wait; further ones are refused.
 const WAITING: usize = 64;
 
@@ -52,6 +54,21 @@ pub(super) enum Request {
     },
     /// A caller has shown a wrong token; the text tells which.
     Denied(String),
+}
+
+impl Request {
+    /// An order from parsed JSON, which may name in `by` who gives it: nobody checks that name, so it stands before the caller.
+    ///
+    /// # Errors
+    /// As [`Order::read`].
+    fn order(mut fields: Map<String, Value>, caller: &str) -> Result<Request, String> {
+        let caller = match fields.remove("by") {
+            None | Some(Value::Null) => caller.to_owned(),
+            Some(Value::String(name)) if name.len() <= LONGEST_NAME => format!("{name}, {caller}"),
+            Some(_) => return Err(format!("`by` is a name of at most {LONGEST_NAME} bytes")),
+        };
+        Ok(Request::Order { order: Order::from_fields(fields)?, caller })
+    }
 }
 
 /// An order of an operator.
@@ -224,6 +241,20 @@ mod tests {
             "{}",
         ] {
             assert!(Order::read(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn who_gives_an_order_may_be_named() {
+        let caller = |text: &str| match Request::order(serde_json::from_str(text).unwrap(), "10.0.0.7") {
+            Ok(Request::Order { order: Order::Reload { .. }, caller }) => caller,
+            other => format!("{other:?}"),
+        };
+        assert_eq!(caller(r#"{"order": "reload"}"#), "10.0.0.7");
+        assert_eq!(caller(r#"{"order": "reload", "by": "Ada"}"#), "Ada, 10.0.0.7");
+        for wrong in [r#""by": 7"#.to_owned(), format!(r#""by": "{}""#, "a".repeat(LONGEST_NAME + 1))] {
+            let refused = caller(&format!(r#"{{"order": "reload", {wrong}}}"#));
+            assert!(refused.contains("`by` is a name of at most"), "{refused}");
         }
     }
 

@@ -20,7 +20,7 @@ const MOST_SOURCES: usize = 256;
 const REPORTED_EVERY: Duration = Duration::from_secs(1);
 
 /// Whether users other than the owner and the group may read a file.
-fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
+pub(in super::super) fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

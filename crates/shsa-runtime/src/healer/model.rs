@@ -18,6 +18,11 @@ use std::fs;
 use std::sync::Arc;
 
 impl Healer {
+    /// Writes down who has given an order that was carried out.
+    pub(in super::super) fn ordered(&mut self, now: Time, by: &str, done: &str) {
+        self.files.input_log.ordered(now, by, done);
+    }
+
     /// The bindings of its model; `serving` gives the signal that serves a need now.
     fn bindings(
         &self,

@@ -2,6 +2,7 @@
 
 use super::kept::Kept;
 use super::missing::{Missing, lose, wait};
+use super::sealer::{JournalSeal, Sealer};
 use super::{Bounds, Chunk, PAUSE};
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -27,12 +28,13 @@ pub(super) struct Disk {
     /// Whether the disk has refused the end of the present file, and of the previous one.
     is_cut: bool,
     was_cut: bool,
+    sealer: Sealer,
 }
 
 impl Disk {
-    pub(super) fn new(folder: &Path, model: &str, bounds: Bounds) -> Disk {
-        let (folder, model) = (folder.to_owned(), model.to_owned());
-        Disk { folder, model, bounds, file: None, size: 0, inputs: 0, is_cut: false, was_cut: false }
+    pub(super) fn new(folder: &Path, model: &str, bounds: Bounds, seal: JournalSeal) -> Disk {
+        let (folder, model, sealer) = (folder.to_owned(), model.to_owned(), Sealer::new(seal));
+        Disk { folder, model, bounds, file: None, size: 0, inputs: 0, is_cut: false, was_cut: false, sealer }
     }
 
     pub(super) fn write_all(&mut self, chunks: &Receiver<Chunk>, missing: &Mutex<Missing>) {
@@ -49,6 +51,7 @@ impl Disk {
         }
         self.write_kept(&mut kept, missing);
         kept.give_up(missing);
+        self.sign();
     }
 
     /// Writes the kept chunks until the disk refuses.
@@ -80,11 +83,12 @@ impl Disk {
     }
 
     /// Returns the number of inputs lost with a replaced file.
-    fn write(&mut self, chunk: &Chunk) -> io::Result<u64> {
-        let length = chunk.lines.len() as u64;
+    pub(super) fn write(&mut self, chunk: &Chunk) -> io::Result<u64> {
+        let (lines, sealed) = self.sealer.lines(&chunk.lines);
+        let length = lines.len() as u64;
         let is_full = self.size + length > self.bounds.size;
         let Some(file) = self.file.as_mut().filter(|_| !is_full) else { return self.begin_with(chunk) };
-        if let Err(error) = file.write_all(&chunk.lines) {
+        if let Err(error) = file.write_all(&lines) {
             // The file is cut back to its last whole line, and continues there when there is room again.
             let is_whole = file.set_len(self.size).is_ok() && file.seek(SeekFrom::Start(self.size)).is_ok();
             if !is_whole || !is_want_of_room(&error) {
@@ -95,7 +99,22 @@ impl Disk {
         }
         self.size += length;
         self.inputs += chunk.inputs;
+        self.sealer.wrote(sealed);
         Ok(0)
+    }
+
+    /// Ends the present file with a signature. Where the disk refuses it, that of a later file counts for this one as well.
+    fn sign(&mut self) {
+        let (Some(file), Some((line, sealed))) = (self.file.as_mut(), self.sealer.signature()) else {
+            return;
+        };
+        match file.write_all(&line) {
+            Ok(()) => {
+                self.size += line.len() as u64;
+                self.sealer.wrote(sealed);
+            }
+            Err(_) => drop(file.set_len(self.size)),
+        }
     }
 
     /// Whether the present file is no longer in its place: what is written to it is lost.
@@ -112,12 +131,17 @@ impl Disk {
     /// Begins another file with a chunk, and makes the present file an older one. No old file is removed before the new one is
     /// complete. Returns the number of inputs of a present file that was worthless and is replaced.
     fn begin_with(&mut self, chunk: &Chunk) -> io::Result<u64> {
+        self.sign();
         self.file = None;
         fs::create_dir_all(&self.folder)?;
-        let beside = self.folder.join(format!("{}.jsonl.new", self.model));
-        let file = written(&beside, chunk);
-        let file = file.inspect_err(|_| drop(fs::remove_file(&beside)))?;
+        let paths: Vec<_> = (0..=self.bounds.older).map(|number| self.path(number)).collect();
+        self.sealer.resume(paths.into_iter())?;
         let is_worthless = self.is_cut && self.was_cut && self.size < self.bounds.size / WORTH;
+        let (head, sealed) = self.sealer.head(&chunk.head, is_worthless);
+        let (lines, sealed) = self.sealer.lines_after(sealed, &chunk.lines);
+        let beside = self.folder.join(format!("{}.jsonl.new", self.model));
+        let file = written(&beside, &[&head, &lines]);
+        let file = file.inspect_err(|_| drop(fs::remove_file(&beside)))?;
         if self.path(0).exists() && !is_worthless {
             for number in (0..self.bounds.older).rev() {
                 rename_if_there(&self.path(number), &self.path(number + 1))?;
@@ -125,11 +149,18 @@ impl Disk {
         }
         fs::rename(&beside, self.path(0))?;
         let lost = if is_worthless { self.inputs } else { 0 };
-        self.size = (chunk.head.len() + chunk.lines.len()) as u64;
+        self.size = (head.len() + lines.len()) as u64;
         self.inputs = chunk.inputs;
         (self.is_cut, self.was_cut) = (false, self.is_cut);
         self.file = Some(file);
+        self.sealer.wrote(sealed);
         Ok(lost)
+    }
+
+    /// The disk refuses the next write, and has to begin another file.
+    #[cfg(test)]
+    pub(super) fn refuse(&mut self) {
+        self.file = File::open(self.path(0)).ok();
     }
 
     fn path(&self, number: usize) -> PathBuf {
@@ -161,11 +192,10 @@ fn is_want_of_room(error: &io::Error) -> bool {
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }
 
-/// Writes a new file with a chunk.
-fn written(path: &Path, chunk: &Chunk) -> io::Result<File> {
+/// Writes a new file.
+fn written(path: &Path, parts: &[&[u8]]) -> io::Result<File> {
     let mut file = File::create(path)?;
-    file.write_all(&chunk.head)?;
-    file.write_all(&chunk.lines)?;
+    parts.iter().try_for_each(|part| file.write_all(part))?;
     Ok(file)
 }
 
@@ -189,7 +219,7 @@ mod tests {
 
     fn disk(folder: &Path, older: usize) -> Disk {
         fs::create_dir_all(folder).unwrap();
-        Disk::new(folder, "m", Bounds { size: 40, older })
+        Disk::new(folder, "m", Bounds { size: 40, older }, JournalSeal::Off)
     }
 
     fn chunk(lines: &str) -> Chunk {
@@ -215,7 +245,7 @@ mod tests {
         let folder = folder("refusal");
         let mut disk = disk(&folder, 2);
         disk.begin(&(*b"head\n").into()).unwrap();
-        disk.file = Some(File::open(disk.path(0)).unwrap());
+        disk.refuse();
         let (sender, taken) = sync_channel(4);
         let missing = Mutex::default();
         sender.send(chunk("refused\n")).unwrap();
@@ -249,7 +279,7 @@ mod tests {
         let mut lost = disk.write(&chunk("older\n")).unwrap();
         for number in 0..8 {
             // The disk refuses every second write.
-            disk.file = Some(File::open(disk.path(0)).unwrap());
+            disk.refuse();
             disk.write(&chunk("refused\n")).unwrap_err();
             lost += disk.write(&chunk(&format!("{number}\n"))).unwrap();
         }

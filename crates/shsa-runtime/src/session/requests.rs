@@ -112,6 +112,7 @@ impl Session {
         };
         let reply = match done {
             Ok(done) => {
+                self.write_down(order, caller, &done);
                 let reported_model = format!("{done} (from {caller})");
                 self.log.noted(now, "ordered", &reported_model, self.bridge.as_mut());
                 Reply::Json(json!({ "done": done }))
@@ -121,6 +122,17 @@ impl Session {
         self.deliver()?;
         self.reported.doubt = Time::MIN;
         Ok(reply)
+    }
+
+    /// Has the journals of those models that an order was for say who gave it.
+    fn write_down(&mut self, order: &Order, caller: &str, done: &str) {
+        let now = self.now();
+        let model = match order {
+            Order::Reload { .. } => None,
+            Order::Change { model, .. } | Order::Engine { model, .. } => model.as_deref(),
+        };
+        let ordered = self.healers.iter_mut().filter(|healer| model.is_none_or(|name| name == healer.name()));
+        ordered.for_each(|healer| healer.ordered(now, caller, done));
     }
 
     /// Reads the files of all models again. The first invalid file ends the reload; the models before it have changed.

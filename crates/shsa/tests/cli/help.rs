@@ -3,7 +3,7 @@
 use crate::folder::Folder;
 
 /// The first page of the help: groups of commands.
-const LISTED: [&str; 19] = [
+const LISTED: [&str; 20] = [
     "demo",
     "doctor",
     "draft",
@@ -18,6 +18,7 @@ const LISTED: [&str; 19] = [
     "run",
     "top",
     "scan",
+    "journal",
     "service",
     "model",
     "test",
@@ -25,8 +26,8 @@ const LISTED: [&str; 19] = [
     "assure",
 ];
 
-/// The commands that are not on the first page, and those below `shsa model`.
-const OTHERS: [&str; 8] = [
+/// The commands that are not on the first page, and those below `shsa model` and `shsa journal`.
+const OTHERS: [&str; 9] = [
     "completions",
     "man",
     "model convert",
@@ -35,6 +36,7 @@ const OTHERS: [&str; 8] = [
     "model fmt",
     "model patch",
     "model schema",
+    "journal verify",
 ];
 
 fn commands() -> impl Iterator<Item = &'static str> {

@@ -25,6 +25,7 @@ mod drivetrain;
 mod explain;
 mod gsn;
 mod help;
+mod journal;
 mod logs;
 mod old;
 mod parts;
