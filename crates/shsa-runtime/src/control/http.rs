@@ -20,7 +20,7 @@
 use super::connections::{self, Caller};
 use super::token::{Answer, Asker, Role};
 use super::web::{self, Pages};
-use super::{Desk, Guard, Order, Reply, Request};
+use super::{Desk, Guard, Reply, Request};
 use crate::error::{Context, RuntimeError};
 use crate::metrics::text_format;
 use axum::body::{Body, to_bytes};

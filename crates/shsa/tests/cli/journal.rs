@@ -8,7 +8,7 @@ const PUBLIC: &str = "MCowBQYDK2VwAyEA70osIIlOUnS4EqRhfN86vBHQluc57tA9IdvTz6iAGT
 const OTHER: &str = "MCowBQYDK2VwAyEAIM2RoUpDyG6Xq4vH1APhTATMUEbihpxQtyUV8LyIWlI=";
 
 /// A folder with keys, and with the signed journal of two runs of the robot.
-fn signed() -> Folder {
+pub(crate) fn signed() -> Folder {
     use std::os::unix::fs::PermissionsExt;
     let pem =
         |kind: &str, key: &str| format!("-----BEGIN {kind} KEY-----\n{key}\n-----END {kind} KEY-----\n");
@@ -31,7 +31,7 @@ fn signed() -> Folder {
 }
 
 /// Both files, the newer one first.
-const FILES: &str = "j/rover.jsonl j/rover.1.jsonl";
+pub(crate) const FILES: &str = "j/rover.jsonl j/rover.1.jsonl";
 
 #[test]
 fn a_signed_journal_is_verified_over_its_files() {

@@ -5,6 +5,7 @@ mod described;
 
 use crate::doctor;
 use crate::folder::Folder;
+use crate::journal;
 use crate::learn;
 use crate::tank;
 use described::check;
@@ -159,6 +160,17 @@ fn fields_of_events() {
         .filter(|name| name != "time_s" && name != "session")
         .collect();
     assert_eq!(described_fields, of_replay);
+}
+
+#[test]
+fn fields_of_journals() {
+    let (folder, verify) = (journal::signed(), format!("journal verify {}", journal::FILES));
+    let whole = objects(&folder, &format!("{verify} --key public.pem"));
+    let text = folder.read("j/rover.jsonl");
+    folder.write("j/rover.jsonl", &text[..text.len() - 9]);
+    let cut = objects(&folder, &verify);
+    folder.write("j/rover.1.jsonl", &text[2..]);
+    check("journal verify", &[whole, cut, objects(&folder, &verify)].concat());
 }
 
 /// The exit statuses of the commands are those of `docs/json.md`.
