@@ -8,6 +8,7 @@
 //! other topics nothing.
 
 mod backlog;
+mod channel;
 mod clock;
 mod diagnostic;
 mod error;
@@ -34,6 +35,7 @@ mod address;
 
 #[cfg(feature = "memory")]
 pub use address::{Address, BusOptions};
+pub use channel::Channel;
 pub use clock::{Clock, SourceClock};
 pub use diagnostic::{Diagnostic, Level};
 pub use error::BridgeError;
@@ -260,6 +262,11 @@ pub trait Bridge: Send {
 
     /// The state of the connection.
     fn link(&self) -> Link;
+
+    /// What protects the messages of the connection, by how it is made. It is the same for all connections that the bridge makes.
+    fn channel(&self) -> Channel {
+        Channel::default()
+    }
 
     /// The last outage after the first connection, if the bridge detects even the shortest ones. `None`: there was none, or the
     /// middleware does not report them; then [`Bridge::link`] gives the present state.

@@ -3,7 +3,9 @@
 //! With a manual [`Clock`] the caller sets the time, so that a run can be repeated byte for byte. Every subscriber gets the
 //! messages in the order of their publication.
 
-use crate::{Answer, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId};
+use crate::{
+    Answer, Bridge, BridgeError, Channel, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId,
+};
 use crate::{Question, Server, Taker, payload};
 use bytes::Bytes;
 use std::collections::{BTreeMap, BTreeSet};
@@ -141,6 +143,10 @@ impl MemoryBridge {
 impl Bridge for MemoryBridge {
     fn publisher(&self) -> PublisherId {
         PublisherId(self.member as u128)
+    }
+
+    fn channel(&self) -> Channel {
+        Channel::WITHIN
     }
 
     fn inbox(&self) -> &Inbox {

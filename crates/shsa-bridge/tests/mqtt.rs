@@ -6,13 +6,17 @@ mod broker;
 mod real;
 #[path = "mqtt/claims.rs"]
 mod claims;
+#[path = "mqtt/tls.rs"]
+mod tls;
 
 use broker::{Broker, Cut};
 use contract::{Asking, Middleware, until};
 use real::{Script, python};
 use serde_json::json;
 use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
-use shsa_bridge::{Admission, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{
+    Admission, Bridge, BridgeError, Channel, Inbox, Link, Outgoing, Payload, Provenance, Quality,
+};
 use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
@@ -320,6 +324,7 @@ fn the_password_comes_from_a_file_and_a_wrong_one_is_refused() {
         );
         assert!(!format!("{error:?} {:?}", with("wrong")).contains("wrong-word"));
         let mut bridge = open(&with("right"));
+        assert_eq!(bridge.channel(), Channel { encrypted: false, authenticated: true });
         contract::send(&mut bridge, "forbidden", "1");
         if version == "5" {
             let mut refusals = Vec::new();
@@ -333,56 +338,5 @@ fn the_password_comes_from_a_file_and_a_wrong_one_is_refused() {
         }
         // Mosquitto 2.0.11 disconnects the client then.
         until("the connection", || bridge.link() == Link::Up);
-    }
-}
-
-/// An authority of our own, a broker's certificate signed by it, and an authority that nobody trusts.
-fn certificates(folder: &Path) {
-    use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
-    let authority = |name: &str| {
-        let mut params = CertificateParams::new(vec![name.to_owned()]).unwrap();
-        params.distinguished_name.push(rcgen::DnType::CommonName, name);
-        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
-        let key = KeyPair::generate().unwrap();
-        let certificate = params.self_signed(&key).unwrap();
-        std::fs::write(folder.join(format!("{name}.pem")), certificate.pem()).unwrap();
-        Issuer::new(params, key)
-    };
-    let (ours, _other) = (authority("ours"), authority("other"));
-    for name in ["broker", "healer"] {
-        let key = KeyPair::generate().unwrap();
-        let mut params =
-            CertificateParams::new(vec!["127.0.0.1".to_owned(), "localhost".to_owned()]).unwrap();
-        params.distinguished_name.push(rcgen::DnType::CommonName, name);
-        let certificate = params.signed_by(&key, &ours).unwrap();
-        std::fs::write(folder.join(format!("{name}.pem")), certificate.pem()).unwrap();
-        std::fs::write(folder.join(format!("{name}.key")), key.serialize_pem()).unwrap();
-    }
-}
-
-#[test]
-fn only_certificates_of_the_right_authority_are_accepted() {
-    let lines = [
-        "cafile FOLDER/ours.pem",
-        "certfile FOLDER/broker.pem",
-        "keyfile FOLDER/broker.key",
-        "require_certificate true",
-    ];
-    let broker = Broker::start_with(&lines, certificates);
-    for version in ["5", "3.1.1"] {
-        let with = |settings: &str| {
-            let settings = settings.replace("FOLDER", &broker.folder().display().to_string());
-            let address = format!("mqtts://localhost:{}?version={version}&{settings}", broker.port());
-            Options::parse(&address, "healer").unwrap()
-        };
-        let shown = "cert=FOLDER/healer.pem&key=FOLDER/healer.key";
-        let right = format!("ca=FOLDER/ours.pem&{shown}");
-        drop(open(&with(&right)));
-        for wrong in [format!("ca=FOLDER/other.pem&{shown}"), "ca=FOLDER/ours.pem".to_owned()] {
-            let error = MqttBridge::open(&with(&wrong), contract::inbox(4)).err();
-            assert!(matches!(&error, Some(BridgeError::Refused(_))), "{wrong}: {error:?}");
-        }
-        let error = MqttBridge::open(&with("ca=FOLDER/none.pem"), contract::inbox(4)).err().unwrap();
-        assert!(matches!(&error, BridgeError::Configuration(what) if what.contains("none.pem")), "{error}");
     }
 }

@@ -3,14 +3,32 @@
 use super::inputs::Inputs;
 use super::outlet::Outlet;
 use super::wiring::Takeover;
-use crate::error::{Context, RuntimeError};
-use shsa_bridge::BridgeError;
-use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::error::{Context, RuntimeError, unfit};
+use shsa_bridge::{Bridge, BridgeError, Channel};
+use shsa_core::knowledge::{Contract, IdVec, KnowledgeBase, NeedId, SignalId, Subject};
+use shsa_core::statement::{Content, Statement};
 use shsa_format::wiring::{Form, Wiring};
 use std::collections::BTreeMap;
 
 /// Without an identity, messages of others cannot be told from our own.
 const NO_IDENTITY: &str = "a takeover needs MQTT 5, Zenoh or ROS 2: over MQTT 3.1.1 and Sparkplug nobody can tell our messages from those of the source that must be silent";
+
+/// What to do where a contract asks for more than the connection has.
+const HOW: &str = "use mqtts:// with user=, or with cert= and key=; or Zenoh with tls/ endpoints, and a user or a certificate";
+
+/// What a model needs to know of the bus.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BusTraits {
+    /// Whether it tells our messages from others.
+    knows_own: bool,
+    channel: Channel,
+}
+
+impl BusTraits {
+    pub(super) fn of(bridge: &dyn Bridge) -> BusTraits {
+        BusTraits { knows_own: bridge.knows_own(), channel: bridge.channel() }
+    }
+}
 
 /// How needs go out.
 #[derive(Clone, Debug)]
@@ -34,18 +52,19 @@ pub(super) struct Bindings {
 }
 
 impl Bindings {
-    /// `carriers` are those found before, `serving` gives the signal that serves a need now, `knows_own` tells whether the bus
-    /// tells our messages from others.
+    /// `carriers` are those found before, `serving` gives the signal that serves a need now.
     ///
     /// # Errors
-    /// When a signal's source names no topic and field, or a need cannot be published as its wiring demands.
+    /// When a signal's source names no topic and field, a need cannot be published as its wiring demands, or the bus is not
+    /// protected as a contract says.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         output_options: &OutputOptions,
         carriers: &Carriers,
         serving: impl Fn(NeedId) -> Option<SignalId>,
-        knows_own: bool,
+        bus: BusTraits,
     ) -> Result<Bindings, RuntimeError> {
+        knowledge.contracts().rows().iter().try_for_each(|contract| check_channel(contract, bus.channel))?;
         let (inputs, carriers) = (Inputs::new(knowledge)?, carriers.clone());
         let mut bindings = Bindings { inputs, carriers, ..Bindings::default() };
         for (id, need) in knowledge.needs().enumerate() {
@@ -57,7 +76,7 @@ impl Bindings {
             let form = wiring.and_then(|wiring| wiring.form).unwrap_or(*form);
             bindings.outlets.push(Outlet::new(knowledge, id, form, own)?);
             let Some(settings) = wiring.and_then(|wiring| wiring.takeover.as_ref()) else { continue };
-            if !knows_own {
+            if !bus.knows_own {
                 return Err(BridgeError::Configuration(NO_IDENTITY.to_owned()).into());
             }
             let named = settings.signal.as_ref().map(|name| knowledge.signal(name));
@@ -67,6 +86,32 @@ impl Bindings {
         }
         Ok(bindings)
     }
+}
+
+/// Checks that messages are protected as a contract asks or gives: `encrypted` and `authenticated` are measured, not declared.
+fn check_channel(contract: &Contract, channel: Channel) -> Result<(), RuntimeError> {
+    // A platform encrypts other things than messages.
+    if contract.subject == Subject::Platform {
+        return Ok(());
+    }
+    let asked = contract.asks.iter().map(|asked| ("asks for", &asked.statement));
+    let given = contract.gives.iter().map(|given| ("gives", &given.statement));
+    for (verb, statement) in asked.chain(given) {
+        for (name, is_there) in channel.properties() {
+            if !is_there && says(statement, name) {
+                let contract = &contract.name;
+                return Err(unfit(format!(
+                    "the contract of {contract} {verb} `{name}`, but the connection to the bus is not {name}: {HOW}"
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a statement has a property that is true or false.
+fn says(statement: &Statement, name: &str) -> bool {
+    statement.properties.iter().any(|property| property.name == name && property.content == Content::Binary)
 }
 
 /// The signal that serves a need in the fault-free state: as found before, else the one that serves now, else the first one.

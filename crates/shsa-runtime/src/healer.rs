@@ -5,7 +5,7 @@ mod serving;
 
 pub(super) use serving::{ReportedState, Served};
 
-use super::bindings::{Carriers, OutputOptions};
+use super::bindings::{BusTraits, Carriers, OutputOptions};
 use super::execution::Execution;
 use super::files::Files;
 use super::held_back::HeldBack;
@@ -76,8 +76,8 @@ pub(super) struct Healer {
     takeovers: Vec<Takeover>,
     /// Takeovers whose needs the new model lacks; each stays until its source is let back.
     leaving: Vec<Takeover>,
-    /// Whether the bus tells our own messages from others.
-    knows_own: bool,
+    /// What the model needs to know of the bus.
+    bus: BusTraits,
     /// Whether what others publish under the names of needs is heard, and the needs by these names.
     hears: bool,
     heard: BTreeMap<String, NeedId>,
@@ -121,7 +121,7 @@ impl Healer {
             takeovers: Vec::new(),
             leaving: Vec::new(),
             observed: Vec::new(),
-            knows_own: bridge.knows_own(),
+            bus: BusTraits::of(bridge),
             hears,
             heard: BTreeMap::new(),
         };

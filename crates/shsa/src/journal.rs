@@ -99,7 +99,7 @@ impl Answer<'_> {
     fn numbers(&self) -> Option<(u64, u64)> {
         let mut numbers = self.found.order.iter().filter_map(|at| self.examined.get(*at)?.number);
         let first = numbers.next()?;
-        Some((first, numbers.last().unwrap_or(first)))
+        Some((first, numbers.next_back().unwrap_or(first)))
     }
 
     fn text(&self) -> String {

@@ -30,8 +30,8 @@ pub use tls::Tls;
 use crate::clock::Uptime;
 use crate::inbox::Driver;
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outage, Outgoing, Payload, Provenance, PublisherId,
-    Server, payload,
+    Answer, Attendance, Bridge, BridgeError, Channel, Inbox, Link, Outage, Outgoing, Payload, Provenance,
+    PublisherId, Server, payload,
 };
 use bytes::Bytes;
 use outbox::Publication;
@@ -50,6 +50,7 @@ pub struct MqttBridge {
     shared: Arc<Shared>,
     turns: Arc<Turns>,
     version: Version,
+    channel: Channel,
     /// The topics of its publications, each with the last provenance.
     published: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
     /// Whether a publication may wait for the thread that drives the connection.
@@ -109,9 +110,18 @@ impl MqttBridge {
         };
         let thread = Turns::keep(&turns, connections)
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let (version, published, thread) = (options.version, BTreeMap::new(), Some(thread));
-        let bridge =
-            MqttBridge { shared, turns, version, published, has_published: false, companion, thread };
+        let (version, channel) = (options.version, options.channel());
+        let (published, thread) = (BTreeMap::new(), Some(thread));
+        let bridge = MqttBridge {
+            shared,
+            turns,
+            version,
+            channel,
+            published,
+            has_published: false,
+            companion,
+            thread,
+        };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -155,6 +165,10 @@ impl Drop for MqttBridge {
 impl Bridge for MqttBridge {
     fn publisher(&self) -> PublisherId {
         self.shared.publisher
+    }
+
+    fn channel(&self) -> Channel {
+        self.channel
     }
 
     fn inbox(&self) -> &Inbox {

@@ -1,7 +1,7 @@
 //! The options of a connection to a broker, from one address; secrets come from the environment or a file.
 
 use super::tls::Tls;
-use crate::BridgeError;
+use crate::{BridgeError, Channel};
 use bytes::Bytes;
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -91,6 +91,15 @@ pub struct Options {
 }
 
 impl Options {
+    /// What protects messages: a connection with TLS is never made without it, and only to a broker whose certificate is trusted.
+    pub(super) fn channel(&self) -> Channel {
+        let shows_certificate = self.tls.as_ref().is_some_and(|tls| tls.certificate.is_some());
+        Channel {
+            encrypted: self.tls.is_some(),
+            authenticated: self.credentials.is_some() || shows_certificate,
+        }
+    }
+
     /// The options for a broker at `mqtt://HOST[:PORT]`, or `mqtts://HOST[:PORT]` with TLS, optionally with settings like
     /// `?version=3.1.1&qos=0`:
     ///

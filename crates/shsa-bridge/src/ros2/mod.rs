@@ -14,8 +14,8 @@ use crate::cdr::type_hash;
 use crate::ros::{Form, bare, check_name, dds_name, publish_diagnostics, type_for, unknown};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Diagnostic, Inbox, Link, Outgoing, Payload, PublisherId, Server,
-    Taker,
+    Answer, Attendance, Bridge, BridgeError, Channel, Diagnostic, Inbox, Link, Outgoing, Payload,
+    PublisherId, Server, Taker,
 };
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
@@ -189,6 +189,10 @@ impl Ros2Bridge {
 impl Bridge for Ros2Bridge {
     fn publisher(&self) -> PublisherId {
         self.connection.publisher()
+    }
+
+    fn channel(&self) -> Channel {
+        self.connection.channel()
     }
 
     fn inbox(&self) -> &Inbox {

@@ -1,7 +1,7 @@
 //! A session with a Zenoh network: opened in the background until it succeeds, and closed within a time limit.
 
 use super::options::{Mode, Options, Settings, first_line, set};
-use crate::{BridgeError, Link, PublisherId};
+use crate::{BridgeError, Channel, Link, PublisherId};
 use ::zenoh::{Config, Session, Wait};
 use serde_json::json;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -68,6 +68,10 @@ impl Connection {
             Ok(Err(problem @ (BridgeError::Configuration(_) | BridgeError::Refused(_)))) => Err(problem),
             _ => Ok(connection),
         }
+    }
+
+    pub(crate) fn channel(&self) -> Channel {
+        self.shared.settings.channel
     }
 
     pub(crate) fn publisher(&self) -> PublisherId {

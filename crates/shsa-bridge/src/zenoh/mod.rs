@@ -30,8 +30,8 @@ pub(crate) use questions::{ask, serve};
 
 use crate::payload::plain;
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server,
-    Taker,
+    Answer, Attendance, Bridge, BridgeError, Channel, Inbox, Link, Message, Outgoing, Payload, PublisherId,
+    Server, Taker,
 };
 use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
@@ -96,6 +96,10 @@ impl ZenohBridge {
 impl Bridge for ZenohBridge {
     fn publisher(&self) -> PublisherId {
         self.connection.publisher()
+    }
+
+    fn channel(&self) -> Channel {
+        self.connection.channel()
     }
 
     fn inbox(&self) -> &Inbox {

@@ -1,6 +1,6 @@
 //! The options of a Zenoh connection: from an address or from a Zenoh configuration file, with every service off by default.
 
-use crate::BridgeError;
+use crate::{BridgeError, Channel};
 use ::zenoh::Config;
 use serde_json::{Value, json};
 use std::fmt;
@@ -90,6 +90,7 @@ pub(super) struct Settings {
     pub(super) mode: Mode,
     /// The endpoints to connect to.
     pub(super) connect: Vec<String>,
+    pub(super) channel: Channel,
 }
 
 /// Without the configuration, which holds passwords.
@@ -122,11 +123,13 @@ impl Options {
         self.set_security(&mut config)?;
         set_defaults(&mut config, self)?;
         let connect = endpoints(&config, "connect/endpoints", mode);
-        let alone = endpoints(&config, "listen/endpoints", mode).is_empty() && !scouts(&config);
+        let listen = endpoints(&config, "listen/endpoints", mode);
+        let alone = listen.is_empty() && !scouts(&config);
         if connect.is_empty() && (alone || mode == Mode::Client && !scouts(&config)) {
             return Err(wrong("nothing to connect to: name an endpoint, such as tcp/127.0.0.1:7447".into()));
         }
-        Ok(Settings { config, mode, connect })
+        let channel = channel(&config, connect.iter().chain(&listen));
+        Ok(Settings { config, mode, connect, channel })
     }
 
     fn file(&self) -> Result<Config, BridgeError> {
@@ -211,6 +214,17 @@ fn endpoints(config: &Config, key: &str, mode: Mode) -> Vec<String> {
     texts.map(str::to_owned).collect()
 }
 
+/// What protects messages between these endpoints. Others that scouting finds may be reached by any transport; a local socket does not
+/// leave the machine.
+fn channel<'a>(config: &Config, mut endpoints: impl Iterator<Item = &'a String>) -> Channel {
+    let is_set = |key: &str| config.get_json(key).is_ok_and(|value| !matches!(&*value, "null" | "false"));
+    let is_private =
+        |endpoint: &String| endpoint.starts_with("tls/") || endpoint.starts_with("unixsock-stream/");
+    let encrypted = !scouts(config) && endpoints.all(is_private);
+    let shows_certificate = encrypted && is_set("transport/link/tls/connect_certificate");
+    Channel { encrypted, authenticated: is_set("transport/auth/usrpwd/user") || shows_certificate }
+}
+
 fn scouts(config: &Config) -> bool {
     config.get_json("scouting/multicast/enabled").is_ok_and(|enabled| enabled == "true")
 }
@@ -264,7 +278,7 @@ mod tests {
     /// Mode, what is listened on, whether it scouts, what it connects to.
     fn shown(options: &Options) -> String {
         match options.settings() {
-            Ok(Settings { config, mode, connect }) => {
+            Ok(Settings { config, mode, connect, .. }) => {
                 let listen = endpoints(&config, "listen/endpoints", mode);
                 format!("{} {listen:?} {} {connect:?}", mode.name(), scouts(&config))
             }
@@ -316,6 +330,31 @@ mod tests {
             Options { config: Some(file("f.json5", "{ mode: 'router' }")), ..Options::to("tcp/a:1") };
         check(router, "a router is a program of its own");
         check(Options { ca: Some("no-such.pem".into()), ..Options::to("tls/a:1") }, "no-such.pem: ");
+    }
+
+    #[test]
+    fn what_protects_a_connection_is_read_from_all_of_its_settings() {
+        let check = |options: Options, encrypted: bool, authenticated: bool| {
+            let found = options.settings().unwrap().channel;
+            assert_eq!(found, Channel { encrypted, authenticated }, "{options:?}");
+        };
+        let user = Some(("me".to_owned(), Secret("hidden".to_owned())));
+        check(Options::to("tcp/127.0.0.1:1"), false, false);
+        check(Options { user: user.clone(), ..Options::to("tcp/127.0.0.1:1") }, false, true);
+        check(Options::to("tls/a:1"), true, false);
+        check(Options { user, ..Options::to("tls/a:1") }, true, true);
+        check(Options::to("unixsock-stream//run/z.sock"), true, false);
+        let pem = file("own.pem", "");
+        check(Options { identity: Some((pem.clone(), pem.clone())), ..Options::to("tls/a:1") }, true, true);
+        check(Options { identity: Some((pem.clone(), pem)), ..Options::to("tcp/a:1") }, false, false);
+        // One plain endpoint is enough, and so is what scouting may find.
+        let mixed = ["tls/a:1".to_owned(), "tcp/b:1".to_owned()];
+        check(Options { connect: mixed.to_vec(), ..Options::default() }, false, false);
+        check(Options { listen: vec!["tcp/127.0.0.1:1".to_owned()], ..Options::to("tls/a:1") }, false, false);
+        let scouting = file("scouting.json5", "{ scouting: { multicast: { enabled: true } } }");
+        check(Options { config: Some(scouting), ..Options::to("tls/a:1") }, false, false);
+        let whole = "{ connect: { endpoints: ['tls/a:1'] }, transport: { auth: { usrpwd: { user: 'me', password: 'x' } } } }";
+        check(Options { config: Some(file("whole.json5", whole)), ..Options::default() }, true, true);
     }
 
     #[test]

@@ -180,7 +180,7 @@ pub fn verify(files: &[Examined]) -> Verification {
     for at in found.order.clone() {
         let Some(file) = files.get(at) else { continue };
         found.cuts.extend(file.cut.map(|place| (at, place)));
-        found.finding = before.and_then(|before| link(before, (at, file)));
+        found.finding = before.and_then(|(place, before)| link(place, before, at, file));
         if found.finding.is_some() {
             return found;
         }
@@ -199,10 +199,7 @@ pub fn verify(files: &[Examined]) -> Verification {
 }
 
 /// Why a file does not come next after another.
-fn link(
-    (place, before): (usize, &Examined),
-    (at, file): (usize, &Examined),
-) -> Option<(usize, Place, Problem)> {
+fn link(place: usize, before: &Examined, at: usize, file: &Examined) -> Option<(usize, Place, Problem)> {
     let first = Place { line: 1, offset: 0 };
     let number = file.number?;
     let expected = before.number?.saturating_add(1);

@@ -35,7 +35,8 @@ fn input(random: &mut ChaCha8Rng, knowledge: &KnowledgeBase, time: Time) -> Inpu
         3 => RawValue::Interval { lo: number(), hi: f64::INFINITY },
         _ => RawValue::Number(number()),
     };
-    let signal = knowledge.signal(if random.next_u32() % 2 == 0 { "a" } else { "b" }).expect("a signal");
+    let signal =
+        knowledge.signal(if random.next_u32().is_multiple_of(2) { "a" } else { "b" }).expect("a signal");
     Input::Observation(Observation { signal, stamp: time, received: time, value })
 }
 

@@ -15,7 +15,7 @@
 //! One thread takes one request after the other. A flood of requests costs the run little, and delays the requesters only.
 
 use super::token::{Asker, Role};
-use super::{Desk, Guard, Order, Reply, Request};
+use super::{Desk, Guard, Reply, Request};
 use crate::error::{Context, RuntimeError};
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Bridge, Question};

@@ -29,7 +29,7 @@ impl Healer {
         knowledge: &KnowledgeBase,
         serving: impl Fn(NeedId) -> Option<SignalId>,
     ) -> Result<Bindings, RuntimeError> {
-        Bindings::new(knowledge, &self.output_options, &self.carriers, serving, self.knows_own)
+        Bindings::new(knowledge, &self.output_options, &self.carriers, serving, self.bus)
     }
 
     /// Binds the engine's present model to the bus; returns the topics that the bus refuses, with the reasons.

@@ -17,6 +17,18 @@ fn a_bad_model_is_refused_by_every_command() {
 }
 
 #[test]
+fn a_plain_connection_is_refused_where_a_contract_asks_for_more() {
+    let folder = tank::folder();
+    let text = folder.read("tank.yaml");
+    for name in ["encrypted", "authenticated"] {
+        let asked = format!("contracts: {{ level: {{ asks: {{ wire: {{ of: level, {name}: yes }} }} }} }}\n");
+        folder.write("asks.yaml", format!("{text}{asked}"));
+        let asks = format!("the contract of level asks for `{name}`");
+        folder.refuses("run asks.yaml --http off --bus mqtt://127.0.0.1:1", &[&asks, "mqtts://"]);
+    }
+}
+
+#[test]
 fn missing_files_are_named() {
     let folder = tank::folder();
     folder.refuses("plan nothing.yaml level", &["nothing.yaml", "No such file"]);

@@ -19,8 +19,8 @@ pub use options::Options;
 
 use super::{Companion, MqttBridge};
 use crate::{
-    Answer, Bridge, BridgeError, Inbox, Link, Message, Offered, Outage, Outgoing, PublisherId, Quality,
-    Server,
+    Answer, Bridge, BridgeError, Channel, Inbox, Link, Message, Offered, Outage, Outgoing, PublisherId,
+    Quality, Server,
 };
 use bytes::Bytes;
 use edge_node::EdgeNode;
@@ -71,6 +71,10 @@ impl SparkplugBridge {
 impl Bridge for SparkplugBridge {
     fn publisher(&self) -> PublisherId {
         self.mqtt.publisher()
+    }
+
+    fn channel(&self) -> Channel {
+        self.mqtt.channel()
     }
 
     fn inbox(&self) -> &Inbox {
