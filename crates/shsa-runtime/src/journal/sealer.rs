@@ -41,17 +41,23 @@ impl Sealer {
         Sealer { seal, written: None }
     }
 
-    /// Goes on after the newest of these files, which earlier runs have left.
+    /// Goes on after the first of these files that is sealed: those of earlier runs, the newest first. A power cut may have left an empty
+    /// one.
     ///
     /// # Errors
     /// When a file that is there cannot be read.
-    pub(super) fn resume(&mut self, mut files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
+    pub(super) fn resume(&mut self, files: impl Iterator<Item = PathBuf>) -> io::Result<()> {
         if self.is_off() || self.written.is_some() {
             return Ok(());
         }
-        let newest = files.find(|file| file.exists());
-        let end = newest.map(|file| seal::end(BufReader::new(File::open(file)?))).transpose()?.flatten();
-        let sealed = end.map(|(number, end)| Sealed { number, before: None, end: Some(end) });
+        let mut sealed = None;
+        for file in files.filter(|file| file.exists()) {
+            sealed = seal::end(BufReader::new(File::open(file)?))?;
+            if sealed.is_some() {
+                break;
+            }
+        }
+        let sealed = sealed.map(|(number, end)| Sealed { number, before: None, end: Some(end) });
         self.written = Some(sealed.unwrap_or_default());
         Ok(())
     }
@@ -198,6 +204,8 @@ mod tests {
         Refusal,
         Restart,
         PowerCut,
+        /// The file was not written to the disk at all.
+        Emptied,
     }
 
     fn suffer(disk: &mut Disk, mishap: Mishap, folder: &Path, bounds: Bounds) {
@@ -209,10 +217,13 @@ mod tests {
                 // A full file is replaced without being written to.
                 let _refused_or_replaced = disk.write(&chunk(7));
             }
-            Mishap::PowerCut | Mishap::Restart => {
+            Mishap::PowerCut | Mishap::Emptied | Mishap::Restart => {
                 if matches!(mishap, Mishap::PowerCut) {
                     let mut file = OpenOptions::new().append(true).open(&present).unwrap();
                     file.write_all(b"{\"tick_ns\":12,\"se").unwrap();
+                }
+                if matches!(mishap, Mishap::Emptied) {
+                    fs::write(&present, "").unwrap();
                 }
                 *disk = Disk::new(folder, "m", bounds, JournalSeal::Chained);
                 disk.begin(&HEAD.into()).unwrap();
@@ -222,7 +233,7 @@ mod tests {
 
     #[test]
     fn whatever_befalls_the_disk_the_journal_is_as_it_was_written() {
-        let all = [Mishap::None, Mishap::Refusal, Mishap::Restart, Mishap::PowerCut];
+        let all = [Mishap::None, Mishap::Refusal, Mishap::Restart, Mishap::PowerCut, Mishap::Emptied];
         for sequence in 0..all.len().pow(4) {
             let folder = folder("mishaps");
             let bounds = Bounds { size: 900, older: 20 };
@@ -234,7 +245,7 @@ mod tests {
                 disk.write(&chunk(number)).unwrap();
             }
             let found = verified(&folder, None);
-            let cuts = mishaps.iter().filter(|it| matches!(it, Mishap::PowerCut)).count();
+            let cuts = mishaps.iter().filter(|it| matches!(it, Mishap::PowerCut | Mishap::Emptied)).count();
             assert_eq!((found.finding, found.cuts.len()), (None, cuts), "{mishaps:?}");
             fs::remove_dir_all(folder).unwrap();
         }
