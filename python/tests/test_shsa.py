@@ -394,6 +394,8 @@ class Runs(unittest.TestCase):
         healed: queue.Queue[tuple[str, object, str | None, str | None]] = queue.Queue()
         tank = shsa.Model(TANK, "plant/tank.yaml")
         with shsa.Runtime(tank, publish=lambda *value: healed.put(value), http="127.0.0.1:0") as run:
+            # The first one waits for the other one to speak.
+            run.push("float_2", 5.0)
             run.push("float_1", 5.0)
             self.assertEqual(healed.get(timeout=60)[2:], ("Good", "float_1"))
             run.order(order="forbid", signal="float_1")
@@ -401,7 +403,7 @@ class Runs(unittest.TestCase):
             need, bounds, quality, source = healed.get(timeout=60)
             self.assertEqual((need, quality, source), ("healed_level", "UncertainSubstituteValue", "float_2"))
             self.assertIsInstance(bounds, tuple)
-            self.assertEqual(run.state()["models"]["tank"]["signals"]["float_2"]["accepted"], 1)
+            self.assertEqual(run.state()["models"]["tank"]["signals"]["float_2"]["accepted"], 2)
             self.assertIn("substituted", [event["kind"] for event in run.events()])
             with urllib.request.urlopen(run.address or "", timeout=60) as page:
                 self.assertIn(b"<html", page.read())

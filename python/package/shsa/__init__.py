@@ -501,6 +501,7 @@ class Runtime:
     >>> import queue
     >>> healed = queue.Queue()
     >>> with shsa.Runtime(tank, publish=lambda *value: healed.put(value)) as run:
+    ...     run.push("float_2", 5.0)
     ...     run.push("float_1", 5.0)
     ...     healed.get(timeout=60)
     ('healed_level', (4.95, 5.05), 'Good', 'float_1')

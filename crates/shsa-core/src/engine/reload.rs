@@ -45,6 +45,12 @@ impl Engine {
         self.ledger.inherit_returns(&old.ledger, lineage);
         let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
+        // Who adds a signal answers for it; one that was there is not confirmed by a change.
+        for (id, _) in
+            self.knowledge.signals().enumerate().filter(|(_, it)| old.knowledge.signal(&it.name).is_none())
+        {
+            self.monitor.confirm(id);
+        }
         let ledgers = (&old.ledger, &mut self.ledger);
         let dropped = self.judge.inherit(&old.judge, ledgers, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {

@@ -98,6 +98,7 @@ impl Provider {
         let was_outdone = self.better().is_some();
         self.find_sources(situation);
         let is_ordered = situation.order.is_some() && self.better().is_some();
+        self.answer_for(situation.order.as_ref());
         if self.forced.is_some() {
             return self.stay_forced(situation);
         }
@@ -129,6 +130,7 @@ impl Provider {
             return self.do_without(situation, because);
         }
         self.switched = Some(now);
+        self.answer_for(order);
         // After an unserved time, the first value causes the event that the need is served again.
         let why = match order {
             Some(order) => by_order(order, lost?),

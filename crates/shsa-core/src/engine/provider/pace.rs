@@ -9,8 +9,8 @@ const NEWEST: f64 = 1.0 / 8.0;
 /// The running mean of the time between two values, and its mean deviation, as TCP knows when to send a segment again
 /// (V. Jacobson, Congestion avoidance and control, 1988, doi:10.1145/52324.52356; RFC 6298).
 ///
-/// A gap weighs as much as it is long, up to the mean: a mean over time, not over values. The gaps of 0 in a batch do not show how long
-/// the next batch takes.
+/// A gap that is shorter than half of the mean weighs only as much as it is long, as in a mean over time, not over values: the gaps of 0 in
+/// a batch do not show how long the next batch takes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
     begun: Option<Time>,
@@ -48,7 +48,7 @@ impl Pace {
         } else {
             // A single long silence hardly raises the mean; a source that has become slower does.
             let gap = gap.min(mean.max(self.declared).times(3));
-            (gap, NEWEST * share(gap, mean).min(1.0))
+            (gap, NEWEST * share(gap.times(2), mean).min(1.0))
         };
         let off = gap - mean;
         self.mean = Some(mean + part(off, weight));

@@ -62,7 +62,7 @@ impl Provider {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
                 let (fault, is_usable) = self.weigh(monitor, sample, is_unfit, trusts);
-                self.look_for_witnesses(monitor, now);
+                self.look_for_witnesses(knowledge, monitor, now);
                 doubted = is_usable.then_some(sample);
                 if fault.is_none() {
                     return self.publish_own(knowledge, monitor, sample, now, outputs);

@@ -1,12 +1,14 @@
 //! How far a value is to be relied on, and what is added to a value of an unproven source.
 
 use super::super::message::Quality;
+use super::state::Standing;
 use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::circle;
-use crate::knowledge::KnowledgeBase;
+use crate::knowledge::{KnowledgeBase, SignalId};
 use crate::monitor::Monitor;
 use crate::numbers::BRIEF;
+use crate::reason::Reason;
 use crate::substitution::Way;
 use crate::time::Time;
 
@@ -57,18 +59,33 @@ impl Provider {
         // Vectors are not compared element by element.
         let is_weighed = !self.settings.is_vector && self.forced.is_none();
         let serving = self.state.serving().filter(|serving| !serving.is_confirmed && is_weighed);
-        serving.is_some_and(|serving| serving.is_unheard || self.sources.are_returning(now))
+        serving.is_some_and(|serving| serving.standing == Standing::Alone || self.sources.are_returning(now))
     }
 
-    /// Notes whether the source is [unheard](super::state::Serving::is_unheard).
-    pub(super) fn look_for_witnesses(&mut self, monitor: &Monitor, now: Time) {
-        let Some(serving) = self.state.serving_mut().filter(|serving| !serving.is_confirmed) else { return };
-        // Others are waited for as long as the need can wait for a value.
+    /// The operator answers for the source that an order leaves.
+    pub(super) fn answer_for(&mut self, order: Option<&Reason>) {
+        if let Some(serving) = self.state.serving_mut().filter(|_| order.is_some()) {
+            serving.standing = Standing::Known;
+        }
+    }
+
+    /// Finds out whether anything has confirmed, or can confirm, the source.
+    pub(super) fn look_for_witnesses(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) {
+        let Some(serving) = self.state.serving_mut().filter(|it| it.standing != Standing::Known) else {
+            return;
+        };
+        let is_unknown = |signal| monitor.is_confirmed(signal) == Some(false);
+        if !serving.service.way().inputs().any(is_unknown) {
+            serving.standing = Standing::Known;
+            return;
+        }
+        // What should speak is waited for as long as the need can wait for a value, or until it is silent.
         let patience = self.settings.max_age.max(BRIEF);
         let is_starting = self.started.is_some_and(|started| now - started < patience);
-        let speaks = |signal| monitor.ports()[signal].received().is_some();
-        let is_unknown = |signal| monitor.is_confirmed(signal) == Some(false);
-        serving.is_unheard = serving.service.way().inputs().any(is_unknown)
-            && self.sources.are_left_alone(|way| !is_starting || way.inputs().all(speaks));
+        let speaks = |signal: SignalId| {
+            monitor.ports()[signal].received().is_some() || knowledge.signals()[signal].timeout.is_none()
+        };
+        let is_alone = self.sources.are_left_alone(|way| !is_starting || way.inputs().all(speaks));
+        serving.standing = if is_alone { Standing::Alone } else { Standing::Beside };
     }
 }

@@ -30,6 +30,17 @@ pub(super) enum State {
     Unsure(Unsure),
 }
 
+/// What confirms a source.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standing {
+    /// A comparison has agreed with each of its signals, or none can.
+    Known,
+    /// None has yet, and others may.
+    Beside,
+    /// None has, and nothing else is left, or has spoken since the start.
+    Alone,
+}
+
 /// A source that serves the need.
 #[derive(Debug)]
 pub(super) struct Serving {
@@ -43,8 +54,8 @@ pub(super) struct Serving {
     pub(super) unfit_since: Option<Time>,
     /// Whether another way has agreed with a value of the source.
     pub(super) is_confirmed: bool,
-    /// Whether no comparison has ever confirmed a signal of the source, and nothing is left that could, or has spoken since the start.
-    pub(super) is_unheard: bool,
+    /// What confirms the source.
+    pub(super) standing: Standing,
     /// Why a better source exists, when one does.
     pub(super) better_by: Better,
     /// The stand-in for the source, while there is one.
@@ -64,7 +75,7 @@ impl Serving {
             service,
             unfit_since: None,
             is_confirmed: false,
-            is_unheard: false,
+            standing: Standing::Beside,
             better_by: Better::Trusted,
             episode: None,
             doubt: None,
