@@ -2,7 +2,8 @@
 //!
 //! **Which text is a unit.** Behind a number, after blanks or none, a known unit name begins a unit (a name could
 //! not stand there otherwise). It goes on through `*`, `·` and `/` *written without blanks* before another known
-//! unit name, through a blank before another known unit name (`5 N m`), and through `^` with a whole number.
+//! unit name or a product of several in parentheses (`4.15 kJ/(kg K)`), through a blank before another known unit name (`5 N m`), and
+//! through `^` with a whole number.
 //! A name before `(` is a function, never a unit. So `9.81 m/s^2` is a number with a unit, and `2 m / s`
 //! is `2 m` divided by the variable `s`. Where a variable has the name of such a unit, the checker warns.
 
@@ -132,7 +133,7 @@ fn number_length(text: &str) -> usize {
 fn unit_extent(text: &str) -> Option<Range<usize>> {
     let start = blanks(text);
     let mut end = match from(text, start).strip_prefix("1/") {
-        Some(_) => factor_end(text, start + 2)?,
+        Some(_) => factor_or_group_end(text, start + 2)?,
         None => factor_end(text, start)?,
     };
     while let Some(next) = joined_factor(text, end) {
@@ -149,7 +150,18 @@ fn joined_factor(text: &str, at: usize) -> Option<usize> {
         return factor_end(text, at + blank);
     }
     let operator = rest.chars().next().filter(|c| matches!(c, '*' | '/' | '·'))?;
-    factor_end(text, at + operator.len_utf8())
+    factor_or_group_end(text, at + operator.len_utf8())
+}
+
+/// The end of a unit name, or of a product of several unit names in parentheses, with its exponent.
+fn factor_or_group_end(text: &str, at: usize) -> Option<usize> {
+    factor_end(text, at).or_else(|| {
+        let (inner, tail) = from(text, at).strip_prefix('(')?.split_once(')')?;
+        let names = inner.split(|c| !is_unit_char(c)).filter(|name| is_unit_name(name)).count();
+        // One name in parentheses is a variable: nobody writes a unit so.
+        let is_product = names > 1 && Unit::parse(inner).is_ok();
+        is_product.then(|| at + inner.len() + 2 + exponent_length(tail))
+    })
 }
 
 /// The end of the unit name with its exponent at `at`.

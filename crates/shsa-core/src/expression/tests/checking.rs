@@ -53,6 +53,11 @@ fn numbers_have_units() {
     check_text("-20 degC", "253.14999999999998");
     check_text("10 1/s", "10");
     check_text("5 N m", "5");
+    check_text("4.15 kJ/(kg K)", "4150");
+    check_text("2 1/(kg*K)", "2");
+    check_text("6 W/(m^2 K)^2", "6");
+    check_text("6 m/(2 + 1)", "2");
+    check_text("4 m/(s)", "4 / s");
     check_text("2 min", "120");
     check_text("min(2, 3)", "min(2, 3)".replace("min(2, 3)", "2").as_str());
     check_text("3 / 4 m", "0.75");
