@@ -11,7 +11,7 @@ use shsa_core::plan::{self, Graph, Limits};
 use shsa_message::source::Source;
 use shsa_model::Located;
 use shsa_model::live::{Live, Written};
-use shsa_report::analysis::{self, shortened, unwatched};
+use shsa_report::analysis::{self, shortened, unconfirmed, unwatched};
 use shsa_report::shortfall::unmet;
 use shsa_report::substitution::Names;
 use std::path::Path;
@@ -67,6 +67,8 @@ impl Model {
         let more = unwatched(live.knowledge(), WatchBudget::default()).into_iter();
         let more = more.chain(shortened(unmet(live.knowledge())));
         warnings.extend(more.map(|message| Located::warning(&name, message)));
+        let notes = unconfirmed(live.knowledge(), WatchBudget::default()).into_iter();
+        warnings.extend(notes.map(|message| Located::note(&name, message)));
         Ok(Model { live, name, text, warnings })
     }
 

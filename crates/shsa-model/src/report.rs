@@ -41,8 +41,18 @@ impl Located {
     /// A warning about a whole file.
     #[must_use]
     pub fn warning(file: &str, message: String) -> Located {
+        Located::of_file(file, Severity::Warning, message)
+    }
+
+    /// A note about a whole file.
+    #[must_use]
+    pub fn note(file: &str, message: String) -> Located {
+        Located::of_file(file, Severity::Note, message)
+    }
+
+    fn of_file(file: &str, severity: Severity, message: String) -> Located {
         Located {
-            severity: Severity::Warning,
+            severity,
             message,
             file: file.to_owned(),
             line: 0,

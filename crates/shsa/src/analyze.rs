@@ -10,7 +10,7 @@ use shsa_core::analysis::{Options, analyze_with};
 use shsa_core::knowledge::{Draft, KnowledgeBase, Relation, Severity, build};
 use shsa_model::live::Written;
 use shsa_model::read_text;
-use shsa_report::analysis::Report;
+use shsa_report::analysis::{Liars, Report};
 use std::collections::BTreeSet;
 use std::io::{BufWriter, Write, stdout};
 use std::path::{Path, PathBuf};
@@ -37,6 +37,9 @@ pub(crate) struct Arguments {
     /// grow with the square of this number.
     #[arg(long, value_name = "N", default_value_t = 4_000)]
     signals: usize,
+    /// Count how many signals, and how many common causes, may lie together for each need, and name a coalition that is too large.
+    #[arg(long)]
+    liars: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -64,7 +67,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut analysis = analyze_with(&knowledge, &given, options);
     analysis.additions.truncate(arguments.additions);
     let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-    let report = Report::new(&knowledge, &analysis, options, &title).with_given(&given);
+    let liars = arguments.liars.then(|| Liars::of(&knowledge, options));
+    let report =
+        Report::new(&knowledge, &analysis, options, &title).with_given(&given).with_liars(liars.as_ref());
     if let Some(path) = &arguments.html {
         std::fs::write(path, report.page()).with_context(|| format!("cannot write {}", path.display()))?;
     }

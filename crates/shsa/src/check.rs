@@ -8,7 +8,7 @@ use shsa_core::knowledge::{KnowledgeBase, Severity};
 use shsa_format::text::counted;
 use shsa_model::{Located, Report};
 use shsa_report::Paint;
-use shsa_report::analysis::{shortened, unwatched};
+use shsa_report::analysis::{shortened, unconfirmed, unwatched};
 use shsa_report::shortfall::unmet;
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
@@ -62,8 +62,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if loaded.report.ok() {
         let mut warnings = unwatched(knowledge, WatchBudget::default());
         warnings.extend(shortened(unmet(knowledge)));
+        let notes = unconfirmed(knowledge, WatchBudget::default());
         let file = arguments.model.display().to_string();
         loaded.report.diagnostics.extend(warnings.into_iter().map(|errors| Located::warning(&file, errors)));
+        loaded.report.diagnostics.extend(notes.into_iter().map(|note| Located::note(&file, note)));
     }
     let mut output = stdout().lock();
     if arguments.json {

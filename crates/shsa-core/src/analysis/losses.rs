@@ -110,8 +110,11 @@ pub(super) struct Losses<'a> {
     graph: &'a Graph,
     basis: &'a Basis,
     scratch: Scratch,
-    /// The signals that are lost with each signal: itself, those derived from it, and those of the same source.
+    /// The signals that are lost with each signal: itself, those derived from it, and those of the same source; then the same of each
+    /// common cause.
     followers: IdVec<SignalId, SignalSet>,
+    /// What is lost with a signal instead of it: its common causes.
+    instead: Option<IdVec<SignalId, SignalSet>>,
 }
 
 impl<'a> Losses<'a> {
@@ -126,7 +129,32 @@ impl<'a> Losses<'a> {
             let same = followers[knowledge.witness(signal)].clone();
             followers[signal].extend(&same);
         }
-        Losses { knowledge, graph, basis, scratch: Scratch::default(), followers }
+        Losses { knowledge, graph, basis, scratch: Scratch::default(), followers, instead: None }
+    }
+
+    /// The same where a common cause is lost as one, with all of its signals; its number comes after those of the signals.
+    pub(super) fn of_causes(knowledge: &'a KnowledgeBase, graph: &'a Graph, basis: &'a Basis) -> Losses<'a> {
+        let mut losses = Losses::new(knowledge, graph, basis);
+        let mut instead = IdVec::filled(knowledge.signals().len(), |_| SignalSet::new());
+        for cause in knowledge.causes().iter() {
+            let lost = losses.with_followers(&cause.signals.iter().copied().collect());
+            let number = losses.followers.push(lost);
+            cause.signals.iter().for_each(|signal| _ = instead[*signal].insert(number));
+        }
+        for (signal, causes) in knowledge.signals().ids().zip(instead.iter_mut()) {
+            if causes.is_empty() {
+                causes.insert(signal);
+            }
+        }
+        Losses { instead: Some(instead), ..losses }
+    }
+
+    /// What has to be lost to lose these signals: one of these.
+    fn lost_with(&self, signals: SignalSet) -> SignalSet {
+        let Some(instead) = &self.instead else { return signals };
+        let mut all = SignalSet::new();
+        signals.iter().for_each(|signal| all.extend(&instead[signal]));
+        all
     }
 
     /// A way of knowing the target without these signals and the signals derived from them.
@@ -185,7 +213,7 @@ impl<'a> Losses<'a> {
         }
         let (at_least, exact, cut) = self.cut(target, &mut proof, budget);
         let single_points = match at_least {
-            0 | 1 => self.single_points(target, &first, budget),
+            0 | 1 if self.instead.is_none() => self.single_points(target, &first, budget),
             _ => SignalSet::new(),
         };
         let exact = exact && (proof.lasting || !self.may_fall_short(target));
@@ -290,10 +318,11 @@ impl Proof {
             }
             match losses.left(target, &lost, budget) {
                 Left::Way(survivor) => {
-                    lost.extend(&survivor.rests_on);
+                    let rests_on = losses.lost_with(survivor.rests_on);
+                    lost.extend(&rests_on);
                     self.lasting &= survivor.lasting;
-                    let endless = survivor.rests_on.is_empty();
-                    self.ways.push(survivor.rests_on);
+                    let endless = rests_on.is_empty();
+                    self.ways.push(rests_on);
                     if endless {
                         return;
                     }

@@ -14,6 +14,7 @@ mod faults;
 mod held;
 mod partly;
 mod losses;
+mod liars;
 mod survey;
 mod watch;
 mod gaps;
@@ -25,6 +26,7 @@ pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use gaps::{Gap, Obstacle};
 pub use held::Held;
+pub use liars::{Liar, Withstands, liars};
 pub use losses::Tolerance;
 pub use partly::{Partly, Reservation};
 pub use prospect::{Candidacy, Failure, Prospect, Serving};
@@ -190,6 +192,23 @@ pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
         gaps: gaps::gaps(knowledge, &basis, &faults),
         held: held::held(knowledge, comparisons.ways()),
     }
+}
+
+/// For each need, the measured signals without which it is not served and whose faults no comparison shows.
+///
+/// Complexity: the searches of a monitor and some for each need, at most [`Options::steps`].
+#[must_use]
+pub fn unconfirmed(knowledge: &KnowledgeBase, options: Options) -> IdVec<NeedId, SignalSet> {
+    let graph = Graph::new(knowledge);
+    let basis = basis::Basis::new(knowledge, options, RelationId::from_index(knowledge.relations().len()));
+    let mut budget = Budget::new(options.steps);
+    let (_, comparisons) = survey::compared(knowledge, &graph, &basis, &mut budget);
+    let faults = Faults::new(knowledge, &comparisons);
+    let mut losses = Losses::new(knowledge, &graph, &basis);
+    IdVec::filled(knowledge.needs().len(), |need| {
+        let points = losses.tolerance(&Target::of_need(knowledge, need), &mut budget).single_points;
+        points.iter().filter(|&it| !faults.is_detectable(it) && !knowledge.is_computed(it)).collect()
+    })
 }
 
 /// How many more losses each need survives, within its age, while these signals are lost.

@@ -19,6 +19,7 @@ mod seeds;
 mod interval;
 
 mod batches;
+mod liars;
 
 mod analysis;
 mod analysis_structure;

@@ -24,6 +24,9 @@ impl Serialize for Object<'_> {
         for (key, value) in rest(self.report) {
             object.serialize_entry(&key, &value)?;
         }
+        if let Some(liars) = self.report.liars {
+            object.serialize_entry("liars", &liars.json(self.report))?;
+        }
         object.serialize_entry("left_out", &self.left_out)?;
         object.end()
     }

@@ -6,11 +6,13 @@ mod naming;
 mod partly;
 mod text;
 mod json;
+mod liars;
 mod matrix;
 mod page;
 mod unwatched;
 
-pub use unwatched::{shortened, unwatched};
+pub use liars::Liars;
+pub use unwatched::{shortened, unconfirmed, unwatched};
 
 use crate::Style;
 use figures::Figures;
@@ -53,6 +55,8 @@ pub struct Report<'a> {
     title: String,
     /// The relations that were tried as additions.
     given: &'a [Relation],
+    /// The liars that the needs withstand, where they were counted.
+    liars: Option<&'a Liars>,
 }
 
 impl<'a> Report<'a> {
@@ -72,7 +76,14 @@ impl<'a> Report<'a> {
             watch: options.watch,
             title: title.to_owned(),
             given: &[],
+            liars: None,
         }
+    }
+
+    /// The same report with the liars that the needs withstand, in text and JSON.
+    #[must_use]
+    pub fn with_liars(self, liars: Option<&'a Liars>) -> Report<'a> {
+        Report { liars, ..self }
     }
 
     /// The same report, of an analysis that ranks these relations, too.

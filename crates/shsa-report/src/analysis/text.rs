@@ -20,6 +20,7 @@ pub(super) fn text(report: &Report<'_>, style: Style) -> String {
         fusions(report, style),
         relations(report, style),
         needs(report, style),
+        report.liars.map(|liars| liars.text(report, style)).unwrap_or_default(),
         weaknesses(report, style),
         partly(report, style),
         gaps(report, style),

@@ -3,7 +3,7 @@
 use super::naming::{Names, ways};
 use shsa_core::analysis::{Gap, Held, Hidden, Obstacle, Options, Unwatched, Watch};
 use shsa_core::engine::WatchBudget;
-use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::knowledge::{KnowledgeBase, SignalSet};
 use shsa_core::trust::Component;
 
 /// The most steps for this search at a start.
@@ -27,8 +27,7 @@ pub fn unwatched(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
             "{count} signals, more than {MOST_SIGNALS}: which faults no comparison shows was not looked for"
         )];
     }
-    let options = Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch };
-    let Unwatched { watched, gaps, held } = shsa_core::analysis::unwatched(knowledge, options);
+    let Unwatched { watched, gaps, held } = shsa_core::analysis::unwatched(knowledge, options(watch));
     let names = Names::new(knowledge);
     let mut described: Vec<String> = watched.iter().filter_map(|watch| left_out(&names, watch)).collect();
     let is_hidden = |fault: Component| {
@@ -45,6 +44,31 @@ pub fn unwatched(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
     described.extend(lines.into_iter().map(|line| format!("no comparison shows a fault of {line}")));
     described.extend(held.iter().map(|held| unbounded(knowledge, &names, held)));
     shortened(described)
+}
+
+fn options(watch: WatchBudget) -> Options {
+    Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch }
+}
+
+/// The needs that rest on signals which nothing confirms, one sentence for each need.
+///
+/// Time: as [`unwatched`]; nothing of a model with more than 10,000 signals.
+#[must_use]
+pub fn unconfirmed(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
+    if knowledge.signals().len() > MOST_SIGNALS {
+        return Vec::new();
+    }
+    let alone = shsa_core::analysis::unconfirmed(knowledge, options(watch));
+    let names = Names::new(knowledge);
+    let sentence = |(need, signals): (_, &SignalSet)| {
+        let named: Vec<&str> = signals.iter().take(MOST).map(|signal| names.signal(signal)).collect();
+        let need = &knowledge.needs()[need].signal;
+        let named = Some(named.join(", ")).filter(|named| !named.is_empty())?;
+        Some(format!(
+            "{need} rests on {named} alone, and nothing confirms it: what is wrong and possible is published as good"
+        ))
+    };
+    shortened(alone.enumerate().filter_map(sentence).collect())
 }
 
 /// The inputs that a variable's substitutes hold without a limit of their change.

@@ -380,3 +380,21 @@ fn squares_and_derivatives_show_a_fault_only_in_part() {
     assert_eq!(of_signals(&answer, "in_part"), in_part.iter().collect::<Vec<_>>());
     assert!(of_signals(&answer, "detectable").iter().all(|detectable| **detectable == json!(true)));
 }
+
+/// Three of the tank's sensors know each variable: one may lie.
+#[test]
+fn the_liars_that_a_need_withstands() {
+    let folder = tank::folder();
+    let answer = folder.json("analyze tank.yaml --liars", 0);
+    let found = &answer["liars"]["signals"][0];
+    let expected = json!({
+        "need": "level", "withstands": 1, "exact": true, "coalition": found["coalition"], "is_tie": false,
+        "more_signals_for_one_more": 2,
+    });
+    assert_eq!(*found, expected, "{answer}");
+    assert_eq!(found["coalition"].as_array().unwrap().len(), 2);
+    assert_eq!(answer["liars"]["causes"], Value::Null);
+    let text = folder.run("analyze tank.yaml --liars").stdout;
+    assert!(text.contains("withstands lying signals") && text.contains("Where too many lie"), "{text}");
+    assert!(!folder.run("analyze tank.yaml").stdout.contains("lying"));
+}

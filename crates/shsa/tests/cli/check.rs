@@ -23,6 +23,17 @@ fn a_right_model_is_ok() {
     assert_eq!(answer.to_string(), expected);
 }
 
+/// A need that rests on one signal, which nothing confirms, is noted; the model is right all the same.
+#[test]
+fn what_nothing_confirms_is_noted() {
+    let two = "shsa: 1\nvariables: { v: { unit: m/s } }\nsignals: { a: { variable: v }, b: { variable: v } }\nneeds: { v: { signal: out } }\n";
+    let one = two.replace(", b: { variable: v }", "");
+    let folder = Folder::with(&[("two.yaml", two.as_bytes()), ("one.yaml", one.as_bytes())]);
+    let noted = folder.ends("check one.yaml", 0).stdout;
+    assert!(noted.contains("note: out rests on a alone, and nothing confirms it"), "{noted}");
+    assert!(!folder.ends("check two.yaml", 0).stdout.contains("confirms"));
+}
+
 #[test]
 fn problems_have_places_and_help() {
     let folder = Folder::with(&[("bad.yaml", TYPOS.as_bytes())]);

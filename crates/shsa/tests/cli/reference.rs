@@ -44,7 +44,11 @@ fn fields_of_models() {
     );
     let models = ["car", "quad", "husky", "cell", "watertank"]
         .map(|name| format!("analyze PROJECT/models/{name}.yaml"));
-    let analyses = models.iter().map(String::as_str).chain(["analyze tank.yaml"]).collect::<Vec<_>>();
+    let analyses = models
+        .iter()
+        .map(String::as_str)
+        .chain(["analyze tank.yaml", "analyze PROJECT/models/radars.yaml --liars"])
+        .collect::<Vec<_>>();
     check("analyze", &of(&analyses));
     folder.write("none.yaml", "computer: { spare: 1 % }\n");
     let certificate = "guarantees: [{ id: G, dimensions: [{ Binary: { type: T } }] }]\nevidence: []\n\
