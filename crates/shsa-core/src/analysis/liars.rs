@@ -67,7 +67,7 @@ fn withstands(knowledge: &KnowledgeBase, tolerance: &Tolerance) -> Withstands {
         liars: Some(liars),
         exact: tolerance.exact,
         coalition: coalition.map(|number| liar(knowledge, number)).collect(),
-        is_tie: tolerance.cut.len() % 2 == 0,
+        is_tie: tolerance.cut.len().is_multiple_of(2),
         missing: 2 * liars + 3 - taken,
     }
 }
