@@ -110,13 +110,15 @@ impl Running {
     #[track_caller]
     pub(crate) fn decision(&self, kind: &str) -> Value {
         let end = Instant::now() + PATIENCE;
+        let mut others = Vec::new();
         loop {
             let line = self.decisions.recv_timeout(end.saturating_duration_since(Instant::now()));
-            let Ok(line) = line else { panic!("no decision '{kind}' came") };
+            let Ok(line) = line else { panic!("no decision '{kind}' came, but {others:#?}") };
             let decision: Value = serde_json::from_str(&line).unwrap();
             if decision["kind"] == kind {
                 return decision;
             }
+            others.push(line);
         }
     }
 
