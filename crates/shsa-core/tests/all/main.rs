@@ -18,6 +18,7 @@ mod seeds;
 
 mod interval;
 
+mod alone;
 mod batches;
 mod liars;
 

@@ -388,7 +388,7 @@ fn the_liars_that_a_need_withstands() {
     let answer = folder.json("analyze tank.yaml --liars", 0);
     let found = &answer["liars"]["signals"][0];
     let expected = json!({
-        "need": "level", "withstands": 1, "exact": true, "coalition": found["coalition"], "is_tie": false,
+        "need": "/healed/level", "withstands": 1, "exact": true, "coalition": found["coalition"], "is_tie": false,
         "more_signals_for_one_more": 2,
     });
     assert_eq!(*found, expected, "{answer}");

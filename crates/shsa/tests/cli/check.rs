@@ -164,7 +164,7 @@ fn a_need_that_nothing_meets_is_reported_beforehand() {
         output.contains("nothing meets what the need /fast demands: signals of v come 10 times a second"),
         "{output}"
     );
-    assert!(output.contains("the need /safe demands") && !output.contains("/all"), "{output}");
+    assert!(output.contains("the need /safe demands") && !output.contains("the need /all"), "{output}");
 }
 
 #[test]
