@@ -46,10 +46,10 @@ impl Engine {
         let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         // Who adds a signal answers for it; one that was there is not confirmed by a change.
-        for (id, _) in
-            self.knowledge.signals().enumerate().filter(|(_, it)| old.knowledge.signal(&it.name).is_none())
-        {
-            self.monitor.confirm(id);
+        for (id, signal) in self.knowledge.signals().enumerate() {
+            if old.knowledge.signal(&signal.name).is_none() {
+                self.monitor.confirm(id);
+            }
         }
         let ledgers = (&old.ledger, &mut self.ledger);
         let dropped = self.judge.inherit(&old.judge, ledgers, &self.monitor, lineage, &inheritance);

@@ -22,7 +22,7 @@ struct Liveness {
     period: Option<Span>,
     /// What has come since the end of a silence, while it may be one batch.
     batch: Option<Batch>,
-    /// The longest silence before the last complete batch.
+    /// The silence before the last complete batch.
     pause: Span,
     arrived: Option<Time>,
     valid: Option<Time>,
@@ -147,7 +147,8 @@ impl Timeouts {
             liveness.note_in_batch(now);
         }
         liveness.absence.take()?;
-        liveness.batch = last_valid.map(|last| Batch { began: now, silence: now - last, values: 1 });
+        let paced = last_valid.filter(|_| liveness.period.is_some());
+        liveness.batch = paced.map(|last| Batch { began: now, silence: now - last, values: 1 });
         let is_first = last_valid.is_none() && !core::mem::take(&mut liveness.was_absent);
         // The signal may fall silent again before the bound that was computed without it.
         self.quiet_until = self.quiet_until.min(liveness.deadline(now));

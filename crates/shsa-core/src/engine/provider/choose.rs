@@ -98,7 +98,6 @@ impl Provider {
         let was_outdone = self.better().is_some();
         self.find_sources(situation);
         let is_ordered = situation.order.is_some() && self.better().is_some();
-        self.answer_for(situation.order.as_ref());
         if self.forced.is_some() {
             return self.stay_forced(situation);
         }

@@ -34,10 +34,12 @@ impl Pace {
 
     /// Notes the arrival of a value.
     pub(super) fn step(&mut self, now: Time) {
-        let begun = *self.begun.get_or_insert(now);
-        let known = (self.last - begun).max(Span::ZERO);
-        let gap = (now - begun - known).max(Span::ZERO);
-        self.last = begun + known + gap;
+        let Some(begun) = self.begun else {
+            (self.begun, self.last) = (Some(now), now);
+            return;
+        };
+        let (known, gap) = (self.last - begun, (now - self.last).max(Span::ZERO));
+        self.last = self.last.max(now);
         let Some(mean) = self.mean.filter(|mean| *mean > Span::ZERO) else {
             self.mean = Some(gap);
             self.deviation = Span(gap.0 / 2);
@@ -97,4 +99,21 @@ fn share(part: Span, whole: Span) -> f64 {
 /// A share of a time.
 fn part(time: Span, share: f64) -> Span {
     Span((time.0 as f64 * share) as i64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording may count its time from a trigger.
+    #[test]
+    fn a_source_is_late_by_its_pace_whatever_the_time_is() {
+        let due = |begin: i64| {
+            let (mut pace, begin) = (Pace::of(Span::ZERO), Time::from_seconds(begin as f64));
+            (0..50).for_each(|at| pace.step(begin + Span::from_millis(100 * at)));
+            pace.late_after(begin + Span::from_millis(4_900), Span::from_millis(2_000)) - begin
+        };
+        assert_eq!([due(-3_600), due(-2), due(1_000_000)], [due(0); 3]);
+        assert!(due(0) > Span::from_millis(5_000) && due(0) < Span::from_millis(5_100), "{:?}", due(0));
+    }
 }

@@ -1,7 +1,7 @@
 //! How far a value is to be relied on, and what is added to a value of an unproven source.
 
 use super::super::message::Quality;
-use super::state::Standing;
+use super::state::Backing;
 use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::circle;
@@ -59,24 +59,24 @@ impl Provider {
         // Vectors are not compared element by element.
         let is_weighed = !self.settings.is_vector && self.forced.is_none();
         let serving = self.state.serving().filter(|serving| !serving.is_confirmed && is_weighed);
-        serving.is_some_and(|serving| serving.standing == Standing::Alone || self.sources.are_returning(now))
+        serving.is_some_and(|serving| serving.backing == Backing::Alone || self.sources.are_returning(now))
     }
 
-    /// The operator answers for the source that an order leaves.
+    /// The operator answers for the source that an order puts in the place of another.
     pub(super) fn answer_for(&mut self, order: Option<&Reason>) {
         if let Some(serving) = self.state.serving_mut().filter(|_| order.is_some()) {
-            serving.standing = Standing::Known;
+            serving.backing = Backing::Known;
         }
     }
 
     /// Finds out whether anything has confirmed, or can confirm, the source.
     pub(super) fn look_for_witnesses(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) {
-        let Some(serving) = self.state.serving_mut().filter(|it| it.standing != Standing::Known) else {
+        let Some(serving) = self.state.serving_mut().filter(|it| it.backing != Backing::Known) else {
             return;
         };
         let is_unknown = |signal| monitor.is_confirmed(signal) == Some(false);
         if !serving.service.way().inputs().any(is_unknown) {
-            serving.standing = Standing::Known;
+            serving.backing = Backing::Known;
             return;
         }
         // What should speak is waited for as long as the need can wait for a value, or until it is silent.
@@ -86,6 +86,6 @@ impl Provider {
             monitor.ports()[signal].received().is_some() || knowledge.signals()[signal].timeout.is_none()
         };
         let is_alone = self.sources.are_left_alone(|way| !is_starting || way.inputs().all(speaks));
-        serving.standing = if is_alone { Standing::Alone } else { Standing::Beside };
+        serving.backing = if is_alone { Backing::Alone } else { Backing::Beside };
     }
 }

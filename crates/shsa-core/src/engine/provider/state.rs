@@ -32,7 +32,7 @@ pub(super) enum State {
 
 /// What confirms a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Standing {
+pub(super) enum Backing {
     /// A comparison has agreed with each of its signals, or none can.
     Known,
     /// None has yet, and others may.
@@ -55,7 +55,7 @@ pub(super) struct Serving {
     /// Whether another way has agreed with a value of the source.
     pub(super) is_confirmed: bool,
     /// What confirms the source.
-    pub(super) standing: Standing,
+    pub(super) backing: Backing,
     /// Why a better source exists, when one does.
     pub(super) better_by: Better,
     /// The stand-in for the source, while there is one.
@@ -75,7 +75,7 @@ impl Serving {
             service,
             unfit_since: None,
             is_confirmed: false,
-            standing: Standing::Beside,
+            backing: Backing::Beside,
             better_by: Better::Trusted,
             episode: None,
             doubt: None,
