@@ -63,27 +63,30 @@ impl Signal {
     #[inline]
     pub(crate) fn plain_error(&self) -> Option<ValueError> {
         let is_si = self.scaling.is_none() && self.unit.as_ref().is_none_or(Unit::is_si);
-        (self.value_error.relative == 0.0 && is_si).then_some(self.value_error)
+        let is_plain = self.value_error.relative == 0.0 && is_si && self.limits.saturation.is_none();
+        is_plain.then_some(self.value_error)
     }
 
-    /// The bounds with a relative error, a scaling, or a unit.
+    /// The bounds with a relative error, a scaling, a unit, or ends of what can be shown.
     fn enclose_shares(&self, lo: f64, hi: f64) -> Interval {
         let error = self.value_error;
         let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
         let reading = Interval::new(lo, hi);
-        let reading = self.scaling.map_or(reading, |scaling| scaling.values(reading));
-        let mut value = unit.map_or(reading, |unit| unit.to_si_interval(reading));
+        let shown = self.scaling.map_or(reading, |scaling| scaling.values(reading));
+        let reading = unit.map_or(shown, |unit| unit.to_si_interval(shown));
+        let mut value = reading;
         if error.relative != 0.0 {
             let share = |bound: f64| (error.relative * bound.abs()).next_up();
-            let of_hi = share(reading.hi());
+            let of_hi = share(shown.hi());
             // A plain number, the most frequent case, has one share.
-            let of_lo = if reading.lo() == reading.hi() { of_hi } else { share(reading.lo()) };
+            let of_lo = if shown.lo() == shown.hi() { of_hi } else { share(shown.lo()) };
             let shares = Interval::new(-of_lo, of_hi);
             value = value + unit.map_or(shares, |unit| unit.to_si_difference_interval(shares));
         }
         // Often there is no other error.
         let is_more = error.lo != 0.0 || error.hi != 0.0;
-        if is_more { value + Interval::new(error.lo, error.hi) } else { value }
+        let value = if is_more { value + Interval::new(error.lo, error.hi) } else { value };
+        self.limits.saturation.map_or(value, |it| it.opened(reading, value))
     }
 
     /// The validity of an observation with this time stamp.
@@ -97,7 +100,7 @@ impl Signal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::knowledge::{Id, Scaling, VariableId};
+    use crate::knowledge::{Id, ReadingLimits, Saturation, Scaling, VariableId};
     use alloc::string::String;
     use proptest::prelude::*;
 
@@ -129,6 +132,37 @@ mod tests {
         check(&signal(Some("degC"), -0.5, 0.5, 0.0), 20.0, 292.65, 293.65);
         check(&signal(Some("degC"), 0.0, 0.0, 0.02), 20.0, 292.75, 293.55);
         check(&signal(None, -0.3, 0.3, 0.01), -10.0, -10.4, -9.6);
+    }
+
+    proptest! {
+        /// A sensor that shows its ends in place of what is beyond them: the truth is in what its readings say.
+        #[test]
+        fn a_reading_at_an_end_holds_what_is_beyond(
+            truth in -100.0..100.0_f64,
+            error in -1.0..1.0_f64,
+            (size, share) in (0.01..5.0_f64, 0.0..0.1_f64),
+            (one, other) in (-120.0..120.0_f64, -120.0..120.0_f64),
+            unit in prop::sample::select(alloc::vec![None, Some("m"), Some("km/h")]),
+        ) {
+            let unit: Option<Unit> = unit.and_then(|text: &str| Unit::parse(text).ok());
+            let factor = unit.as_ref().map_or(1.0, |unit| unit.scale);
+            let ends = Interval::new(one.min(other), one.max(other));
+            let sensor = Signal {
+                limits: ReadingLimits {
+                    saturation: Some(Saturation { ends, beyond: Interval::new(-150.0, 150.0) }),
+                    ..ReadingLimits::default()
+                },
+                unit,
+                ..signal(None, -size, size, share)
+            };
+            let reading = (truth - error * size) / (1.0 + share * error.abs());
+            let shown = reading.clamp(ends.lo(), ends.hi());
+            let said = sensor.enclose(shown / factor).widened(1e-9);
+            prop_assert!(said.contains(truth), "{shown} says {said:?}, and not {truth}");
+            let half = size + share * shown.abs();
+            let is_inside = shown - half > ends.lo() && shown + half < ends.hi();
+            prop_assert!(!is_inside || said.width() < 2.0 * half + 1e-6, "{said:?}");
+        }
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub enum Form {
     Choice(fn() -> Vec<&'static str>),
     /// `true` or `false`.
     Flag,
+    /// `true` or `false`, or a number or quantity.
+    FlagOrText,
     /// One value, or a list of the lowest and the highest.
     Bounds,
     /// A list of the lowest and the highest.
@@ -154,7 +156,7 @@ pub const SPECIFICATION: [Key; 6] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 23] = [
+pub const SIGNAL: [Key; 24] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -168,12 +170,18 @@ pub const SIGNAL: [Key; 23] = [
     span("mean_over"),
     span("timeout"),
     formed("range", Form::Pair, "the lowest and the highest reading", "[0, 5 V]"),
+    formed(
+        "saturates",
+        Form::Pair,
+        "the readings at which it only says that the value is beyond",
+        "[-16, 16]",
+    ),
     text("max_rate", "a rate of change", "12 m/s^2"),
     span("max_delay"),
     span("frozen_after"),
     text("rests_at", "a value", "0"),
     span("rests_for"),
-    formed("hold", Form::Flag, "`true` or `false`", "true"),
+    formed("hold", Form::FlagOrText, "`true`, `false` or a dead band", "0.2 K"),
     formed(
         "access",
         Form::Choice(|| Access::NAMES.map(|(name, _)| name).into()),

@@ -74,6 +74,7 @@ fn of_form(form: Form) -> Value {
             json!({ "enum": choices })
         }
         Form::Flag => json!({ "type": ["boolean", "null"] }),
+        Form::FlagOrText => json!({ "type": ["boolean", "string", "number", "null"] }),
         Form::Bounds => json!({ "anyOf": [word(), pair()] }),
         Form::Pair => pair(),
         Form::Names => json!({ "anyOf": [{ "type": ["string", "null"] }, names()] }),

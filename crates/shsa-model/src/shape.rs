@@ -264,6 +264,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         mean_over: keys.text("mean_over"),
         timeout: keys.text("timeout"),
         range: keys.pair("range"),
+        saturates: keys.pair("saturates"),
         max_rate: keys.text("max_rate"),
         max_delay: keys.text("max_delay"),
         frozen_after: keys.text("frozen_after"),

@@ -182,6 +182,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("mean_over", signal.mean_over.as_ref().map(text)),
         ("timeout", signal.timeout.as_ref().map(text)),
         ("range", signal.range.as_ref().map(|(lo, hi)| pair((lo, hi)))),
+        ("saturates", signal.saturates.as_ref().map(|(lo, hi)| pair((lo, hi)))),
         ("max_rate", signal.max_rate.as_ref().map(text)),
         ("max_delay", signal.max_delay.as_ref().map(text)),
         ("frozen_after", signal.frozen_after.as_ref().map(text)),

@@ -26,6 +26,7 @@ Limits for the readings of a signal; a reading beyond is out of range, too fast,
                        no limit. For sensors of which no two readings are equal
   rests_at: 0          the value at which `frozen_after` does not count, but
   rests_for: 1 min     the longest time with exactly this reading; default: no limit
+  saturates: [-16, 16] the readings at which the signal only says that the value is there or beyond
 
 Errors of a signal's values:
   value_error: 0.3     a bound, plus-minus or [lowest, highest]: a value within it is sound, a value
@@ -42,7 +43,9 @@ Times of a signal's values:
                        `port`, the latest value; `both`: the latest value for half a period
   time_error: 50 ms    the error of that moment, to either side
   hold: true           a value stands until the next one, as with polled signals: a repeated value
-                       is no new measurement, and the signal is silent only after a given `timeout`";
+                       is no new measurement, and the signal is silent only after a given `timeout`,
+                       or with its device
+  hold: 0.2 K          the same of a signal that is sent when its value has changed by so much";
 
 /// Arguments of `shsa check`.
 #[derive(clap::Args)]

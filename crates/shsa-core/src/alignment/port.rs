@@ -158,6 +158,11 @@ impl Port {
             RawValue::Vector(_) => return None,
         };
         let rests = signal.limits.rests_at.is_some_and(|rest| value.contains(rest));
+        if signal.limits.saturation.is_some_and(|it| it.is_one_sided(value)) {
+            // Where it cannot show more, it may say the same for any time.
+            self.standstill.record(false, Some(value), now);
+            return None;
+        }
         let lasted = self.standstill.record(self.standstill.value == Some(value), Some(value), now);
         too_long(lasted, if rests { signal.limits.rests_for? } else { allowed })
     }

@@ -47,12 +47,14 @@ pub(super) struct Input {
 impl Input {
     pub(super) fn new(knowledge: &KnowledgeBase, signal: SignalId, trigger: Option<SignalId>) -> Input {
         let description = &knowledge.signals()[signal];
-        let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
+        let max_rate =
+            knowledge.variables()[description.variable].max_rate.filter(|_| !description.is_ageless());
         let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
         let shape = knowledge.variables()[description.variable].shape;
         let (delay, stands, access) = (description.delay, description.holds, description.access);
         // What only repeats the value that stands is no observation to look up.
         let is_trigger = trigger == Some(signal) && !stands;
+        let max_rate = max_rate.unwrap_or(0.0);
         Input { signal, shape, max_rate, max_gap, delay, stands, access, is_trigger }
     }
 

@@ -279,6 +279,8 @@ pub struct SignalDraft {
     pub timeout: Option<Text>,
     /// Lowest and highest possible reading, as numbers in the signal's unit or as quantities; within the variable's range.
     pub range: Option<(Text, Text)>,
+    /// Lowest and highest reading that is a measurement: at these the value is there or beyond.
+    pub saturates: Option<(Text, Text)>,
     /// Largest rate of change, as a number in the signal's unit a second or as a quantity, or `none`; the variable's when absent.
     pub max_rate: Option<Text>,
     /// Longest time from the time stamp to the reception, or `none`.

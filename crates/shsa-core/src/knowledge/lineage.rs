@@ -91,8 +91,8 @@ impl Lineage {
             && one.time_error == other.time_error
             && one.mean_over == other.mean_over
             && one.delay == other.delay
-            && one.holds == other.holds
-            && one.limits.range == other.limits.range;
+            && (one.holds, one.dead_band) == (other.holds, other.dead_band)
+            && (one.limits.range, one.limits.saturation) == (other.limits.range, other.limits.saturation);
         is_unchanged.then_some(namesake)
     }
 

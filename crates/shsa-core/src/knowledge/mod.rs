@@ -53,7 +53,9 @@ pub use need::{INTEGRITY_LEVELS, ISOLATIONS, Need, Switching, WhenUnsure, integr
 pub use parts::{Contradiction, join, part};
 pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
 pub use relation::Relation;
-pub use signal::{Access, CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
+pub use signal::{
+    Access, CAUSE_PRIOR, Cause, ReadingLimits, Saturation, Scaling, Signal, SourceParts, ValueError,
+};
 pub use specification::Specification;
 pub use utility::{
     Aggregate, Element, Fact, Figure, Inputs, Numbers, OwnUtility, Rating, Utility, UtilityProblem,

@@ -20,6 +20,14 @@ pub struct ValueError {
     pub relative: f64,
 }
 
+impl ValueError {
+    /// The error of a value that may be off by an amount besides.
+    #[must_use]
+    pub fn widened(self, by: f64) -> ValueError {
+        ValueError { lo: self.lo - by, hi: self.hi + by, ..self }
+    }
+}
+
 /// How the readings of a signal become values in its unit: `scale * reading + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
@@ -68,11 +76,51 @@ impl Access {
         [("port", Access::Port), ("estimate", Access::Estimate), ("both", Access::Both)];
 }
 
+/// The ends of what a sensor can show: a reading at one of them says that the value is there or beyond.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Saturation {
+    /// The lowest and the highest reading that is a measurement, SI; infinite where there is no such end.
+    pub ends: Interval,
+    /// What the variable can be, SI, as far as one of the ends leaves it open.
+    pub beyond: Interval,
+}
+
+impl Saturation {
+    /// What a reading says, whose errors make it a value: from the end that it may be at, within its errors, to all that is beyond.
+    #[must_use]
+    pub fn opened(&self, reading: Interval, value: Interval) -> Interval {
+        let errors = (value.lo() - reading.lo(), value.hi() - reading.hi());
+        let (mut lo, mut hi) = (value.lo(), value.hi());
+        if value.lo() <= self.ends.lo() {
+            (lo, hi) = (lo.min(self.beyond.lo()), hi.max((self.ends.lo() + errors.1).next_up()));
+        }
+        if value.hi() >= self.ends.hi() {
+            (lo, hi) = (lo.min((self.ends.hi() + errors.0).next_down()), hi.max(self.beyond.hi()));
+        }
+        Interval::new(lo, hi)
+    }
+
+    /// The width that a reading at an end has at least.
+    #[must_use]
+    pub fn least_width(&self) -> f64 {
+        (self.ends.lo() - self.beyond.lo()).min(self.beyond.hi() - self.ends.hi())
+    }
+
+    /// Whether a value is one that a reading at an end gives.
+    #[must_use]
+    pub fn is_one_sided(&self, value: Interval) -> bool {
+        let is_open = value.lo() <= self.beyond.lo() || value.hi() >= self.beyond.hi();
+        is_open && value.width() >= self.least_width()
+    }
+}
+
 /// The limits of a sound signal's readings, including its errors; `None` where no limit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingLimits {
     /// Possible values, SI: within the range of the variable and the signal's own. For scalars only.
     pub range: Option<Interval>,
+    /// Where its readings are bounds only; `None` where each is a measurement.
+    pub saturation: Option<Saturation>,
     /// Largest rate of change, SI a second: the signal's own, else the variable's. For scalars only.
     pub max_rate: Option<f64>,
     /// Longest time from the time stamp to the reception: as declared, else delay and timeout together where the model gives a
@@ -119,7 +167,7 @@ pub struct Signal {
     pub scaling: Option<Scaling>,
     /// Observations a second; `None` for an irregular signal.
     pub rate_hz: Option<f64>,
-    /// The error of the values.
+    /// The error of the values, the dead band included.
     pub value_error: ValueError,
     /// Standard deviation of the noise of the values, SI; `None` where only the bounds of `value_error` are known. Trends over
     /// many comparisons accuse only where this is declared.
@@ -136,6 +184,9 @@ pub struct Signal {
     /// Whether a value stands until the next one: it is asked for now and then, and what it says again between two answers is no
     /// new measurement.
     pub holds: bool,
+    /// The change, SI, at which a signal whose value stands is sent again: so far off the value may be, however old it is. 0 where
+    /// it is sent by another rule: then its bounds grow by the variable's rate of change.
+    pub dead_band: f64,
     /// What is computed from it later takes for its value.
     pub access: Access,
     /// What its readings can be.
@@ -165,11 +216,17 @@ impl Signal {
             mean_over: Span::ZERO,
             timeout: None,
             holds: false,
+            dead_band: 0.0,
             access: Access::Port,
             limits: ReadingLimits::default(),
             derived_from: Vec::new(),
             properties: Properties::new(),
         }
+    }
+
+    /// Whether what it says holds at any age, by its declarations.
+    pub(crate) fn is_ageless(&self) -> bool {
+        self.holds && self.dead_band > 0.0
     }
 
     /// The time between its observations, as declared.

@@ -2,6 +2,7 @@
 
 use super::consensus::Consensus;
 use super::index::Index;
+use super::one_sided::OneSided;
 use super::past::{capacity, lookback, port, reach_of_inputs};
 use super::ranges::left_ranges;
 use super::support::{reads, rests_on, sized_by};
@@ -13,6 +14,7 @@ use super::{
 use crate::alignment::{Clocks, History, Reach};
 use crate::computation::Computation;
 use crate::expression::{Formula, Symbol};
+use crate::interval::Course;
 use crate::knowledge::{
     Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
@@ -233,7 +235,14 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
     let has_condition = |step: &Step| knowledge.relations()[step.relation].condition.is_some();
     let is_conditional = computation.way().substitution.steps.iter().any(has_condition);
-    let max_rate = variable.max_rate.unwrap_or(0.0);
+    // What is sent again as soon as it has changed is no further off for being old.
+    let is_ageless = computation.stands(knowledge)
+        && computation.way().inputs().all(|signal| knowledge.signals()[signal].is_ageless());
+    let course = match is_ageless {
+        true => Course { max_rate: f64::INFINITY, ..variable.course() },
+        false => variable.course(),
+    };
+    let max_rate = variable.max_rate.filter(|_| !is_ageless).unwrap_or(0.0);
     let reach = Reach {
         max_rate,
         max_gap: timing.period.map_or(Span::MAX, |period| allowed_gap(period, is_conditional)),
@@ -249,6 +258,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     WatchedWay {
         is_of_moments,
         is_range: computation.is_range(),
+        one_sided: OneSided::of(knowledge, computation.way()),
         computation,
         rests_on,
         reads,
@@ -256,7 +266,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         outputs,
         measured: None,
         reach,
-        course: variable.course(),
+        course,
         blur: if is_of_moments { max_rate * timing.mean_over.seconds() / 4.0 } else { 0.0 },
         is_conditional,
         turn: variable.wraps,

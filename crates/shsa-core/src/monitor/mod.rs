@@ -18,6 +18,7 @@ mod detector;
 mod timeouts;
 mod reliability;
 mod consensus;
+mod one_sided;
 mod way;
 mod index;
 mod support;

@@ -1,7 +1,11 @@
 //! Observes each signal for silence and for impossible values.
+//!
+//! A signal whose value stands may say nothing for any time. Where it has no timeout of its own, it is silent once all that share a
+//! device with it are: their messages are its signs of life.
 
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::time::{Span, Time};
+use alloc::vec::Vec;
 
 /// Why a signal gives no usable value now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +48,13 @@ struct Batch {
     values: i64,
 }
 
+/// The signals with a timeout that share a common cause with one whose value stands, and the longest of their timeouts.
+#[derive(Clone, Debug)]
+struct Device {
+    others: Vec<SignalId>,
+    timeout: Span,
+}
+
 /// A change between a signal's absence and presence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
@@ -63,6 +74,8 @@ pub struct Change {
 #[derive(Clone, Debug)]
 pub struct Timeouts {
     states: IdVec<SignalId, Liveness>,
+    /// The devices of the signals without a timeout whose values stand.
+    devices: Vec<(SignalId, Vec<Device>)>,
     start: Option<Time>,
     /// A lower bound of the next timeout, so that not every observation checks every signal.
     quiet_until: Time,
@@ -86,6 +99,7 @@ impl Timeouts {
         };
         Timeouts {
             states: IdVec::filled(knowledge.signals().len(), liveness),
+            devices: devices(knowledge),
             start: None,
             quiet_until: Time::MIN,
         }
@@ -99,7 +113,8 @@ impl Timeouts {
         for (id, before) in old.states.enumerate() {
             let Some(id) = lineage.source(id) else { continue };
             let Liveness { timeout, period, .. } = self.states[id];
-            let absence = before.absence.filter(|_| timeout.is_some());
+            let is_watched = timeout.is_some() || self.devices.iter().any(|(signal, _)| *signal == id);
+            let absence = before.absence.filter(|_| is_watched);
             let timeout = if period.is_some() && period == before.period { before.timeout } else { timeout };
             self.states[id] = Liveness { timeout, period, absence, ..*before };
         }
@@ -107,6 +122,10 @@ impl Timeouts {
         let present = self.states.iter().filter(|liveness| liveness.absence.is_none());
         self.quiet_until =
             present.map(|liveness| liveness.deadline(liveness.last(start))).min().unwrap_or(Time::MAX);
+        let standing =
+            self.devices.iter().filter_map(|(id, devices)| self.device_deadline(*id, devices, start));
+        self.quiet_until =
+            standing.map(|(deadline, _)| deadline).fold(self.quiet_until, Time::min).max(now + Span(1));
     }
 
     /// Marks a signal as absent before the start; it stays absent until it gives a value.
@@ -151,7 +170,9 @@ impl Timeouts {
         liveness.batch = paced.map(|last| Batch { began: now, silence: now - last, values: 1 });
         let is_first = last_valid.is_none() && !core::mem::take(&mut liveness.was_absent);
         // The signal may fall silent again before the bound that was computed without it.
-        self.quiet_until = self.quiet_until.min(liveness.deadline(now));
+        let device = self.devices.iter().flat_map(|(_, devices)| devices).map(|device| device.timeout).min();
+        let with_device = device.map_or(Time::MAX, |timeout| now + timeout + Span(1));
+        self.quiet_until = self.quiet_until.min(liveness.deadline(now)).min(with_device);
         Some(Change { signal, absence: None, allowed: Span::ZERO, last_valid, is_first })
     }
 
@@ -173,7 +194,7 @@ impl Timeouts {
         if now < self.quiet_until {
             return;
         }
-        let mut next = Time::MAX;
+        let mut next = self.pass_devices(start, now, &mut report);
         for signal in self.states.ids() {
             let liveness = &mut self.states[signal];
             if liveness.absence.is_some() {
@@ -193,6 +214,56 @@ impl Timeouts {
         }
         self.quiet_until = next;
     }
+
+    /// The same for the signals that are silent with their devices; returns when one of these may be next.
+    fn pass_devices(&mut self, start: Time, now: Time, mut report: impl FnMut(Change)) -> Time {
+        let mut next = Time::MAX;
+        for at in 0..self.devices.len() {
+            let found = self.devices.get(at);
+            let found =
+                found.and_then(|(id, devices)| Some((*id, self.device_deadline(*id, devices, start)?)));
+            let Some((signal, (deadline, allowed))) = found else { continue };
+            if now < deadline {
+                next = next.min(deadline);
+                continue;
+            }
+            let absence = Some(Absence::Silent);
+            self.states[signal].absence = absence;
+            let last_valid = self.states[signal].valid;
+            report(Change { signal, absence, allowed, last_valid, is_first: false });
+        }
+        next
+    }
+
+    /// When a signal is silent with one of its devices, and the timeout there; `None` while it is absent.
+    fn device_deadline(&self, signal: SignalId, devices: &[Device], start: Time) -> Option<(Time, Span)> {
+        let own = &self.states[signal];
+        let heard = |other: &SignalId| self.states[*other].arrived.unwrap_or(start);
+        let last = |device: &Device| device.others.iter().map(heard).fold(own.last(start), Time::max);
+        let deadline = |device: &Device| (last(device) + device.timeout + Span(1), device.timeout);
+        devices.iter().map(deadline).min().filter(|_| own.absence.is_none())
+    }
+}
+
+/// The devices of each signal that has no timeout of its own, and whose value stands. O(signals times causes).
+fn devices(knowledge: &KnowledgeBase) -> Vec<(SignalId, Vec<Device>)> {
+    let signals = knowledge.signals();
+    let device = |signal: SignalId, shared: &[SignalId]| {
+        let speaks = |other: &SignalId| {
+            signals[*other].timeout.is_some()
+                && !knowledge.is_fused(*other)
+                && !signals[*other].derived_from.contains(&signal)
+        };
+        let others: Vec<SignalId> = shared.iter().copied().filter(speaks).collect();
+        let timeout = others.iter().filter_map(|other| signals[*other].timeout).max()?;
+        Some(Device { others, timeout })
+    };
+    let of = |signal: SignalId| {
+        let causes = knowledge.causes().iter().filter(|cause| cause.signals.contains(&signal));
+        causes.filter_map(|cause| device(signal, &cause.signals)).collect::<Vec<Device>>()
+    };
+    let standing = signals.enumerate().filter(|(_, signal)| signal.holds && signal.timeout.is_none());
+    standing.map(|(signal, _)| (signal, of(signal))).filter(|(_, devices)| !devices.is_empty()).collect()
 }
 
 impl Liveness {

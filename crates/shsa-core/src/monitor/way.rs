@@ -1,5 +1,6 @@
 //! A watched way of knowing: its recent outputs, and its values at the moments of other ways.
 
+use super::one_sided::OneSided;
 use super::{Fresh, WayIndex, trend::Measured};
 use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
@@ -37,6 +38,8 @@ pub struct WatchedWay {
     pub(super) range: Option<Interval>,
     /// Whether this is the variable's declared range, and no computation.
     pub(super) is_range: bool,
+    /// Which of its values are bounds only.
+    pub(super) one_sided: OneSided,
     /// Whether the value is the verdict of a specification: that a condition holds says nothing of the size of what it reads.
     pub(super) is_verdict: bool,
     /// Whether a relation of the way has a condition, without which it says nothing.

@@ -20,6 +20,7 @@ mod interval;
 
 mod alone;
 mod batches;
+mod devices;
 mod liars;
 
 mod analysis;

@@ -69,6 +69,11 @@ impl Inlet {
             return None;
         }
         let (at, interval) = read(&self.signal, observation)?;
+        // Of a bound only intervals are made.
+        let is_bound_only = || self.signal.limits.saturation.is_some_and(|it| it.is_one_sided(interval));
+        if !self.is_of_intervals && is_bound_only() {
+            return None;
+        }
         let is_late = self.newest.is_some_and(|newest| at <= newest);
         let (own, bound) = self.errors(observation, interval);
         if !is_kept && !is_late || own.is_some_and(|own| own <= 0.0) {

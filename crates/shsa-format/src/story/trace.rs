@@ -40,6 +40,8 @@ pub(super) struct Source {
     pub(super) latency: Span,
     /// The largest error to either side, in the unit of the signal, uniformly distributed.
     pub(super) noise: f64,
+    /// How far a sample must be from the last one that was sent; 0: each is sent.
+    pub(super) dead_band: f64,
 }
 
 /// A publisher that repeats the published values of a need under another name.
@@ -85,14 +87,20 @@ impl Source {
         let count = (self.to - self.from).0.max(0) / self.period.0.max(1) + 1;
         let moment = |step: i64| Time(0) + self.from + self.period.times(step);
         let within = |time: &Time| *time - Time(0) < self.to;
+        let mut sent = f64::NAN;
         (0..count)
             .map(moment)
             .take_while(within)
-            .map(|moment| {
+            .filter_map(|moment| {
                 let time = moment + Span((self.jitter.0 as f64 * even(&mut random)) as i64);
                 let noise = self.noise * (2.0 * even(&mut random) - 1.0);
-                let value = RawValue::Number(reading(value(time - self.delay) + noise));
-                Sample { wanted: self.signal.index(), time, received: time + self.latency, value }
+                let value = value(time - self.delay) + noise;
+                if (value - sent).abs() < self.dead_band {
+                    return None;
+                }
+                sent = value;
+                let value = RawValue::Number(reading(value));
+                Some(Sample { wanted: self.signal.index(), time, received: time + self.latency, value })
             })
             .collect()
     }

@@ -219,7 +219,7 @@ signals:
   e: { variable: scan, max_delay: none, mean_over: 1 s }
   f: { variable: speed, mean_over: -1 s }
   g: { variable: scan, hold: true }
-  h: { variable: speed, hold: 2 s }
+  h: { variable: speed, hold: always }
 needs: { scan: {} }",
         "4:33 error: nothing in this range is possible for `speed` (give readings within the `range` of the variable)
          4:52 error: a largest rate of change is above 0 (leave `max_rate` away when it is not known)
@@ -228,13 +228,13 @@ needs: { scan: {} }",
          5:70 error: `3` has no unit (write a time like `300 ms` or `2 s`)
          6:32 error: expected the lowest and the highest reading, found one value (write it like `range: [0, 5 V]`)
          6:47 error: `-1 s` is negative (write a time like `300 ms`)
-         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, scale, offset, rate, value_error, noise, time_error, delay, mean_over, timeout, range, max_rate, max_delay, frozen_after, rests_at, rests_for, hold, access, derived_from, shares, properties)
+         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, scale, offset, rate, value_error, noise, time_error, delay, mean_over, timeout, range, saturates, max_rate, max_delay, frozen_after, rests_at, rests_for, hold, access, derived_from, shares, properties)
          7:32 error: `range` has no meaning for `scan`, which is a vector (leave it away)
          7:49 error: `max_rate` has no meaning for `scan`, which is a vector (leave it away)
          8:52 error: `mean_over` has no meaning for `scan`, which is a vector (leave it away)
          9:36 error: `-1 s` is negative (write a time like `300 ms`)
          10:30 error: `hold` has no meaning for `scan`, which is a vector (leave it away)
-         11:31 error: `2 s` does not say whether a value stands until the next one (write `hold: true`, or leave it away)",
+         11:31 error: `always` does not say whether a value stands until the next one (write `hold: true`, or the change at which the signal is sent again: `hold: 0.2 K`)",
     );
 }
 

@@ -106,7 +106,7 @@ fn what_is_broken_is_refused() {
         format!("shsa: 1\nvariables: {{ a: {{}} }}\nsignals: {{ /a: {{ variable: a, hold: {hold} }} }}\n")
     };
     assert!(is_valid(&schema::schema(), &parsed(&held("true"))) && load(&held("true"), "sound").report.ok());
-    assert!(!is_valid(&schema::schema(), &parsed(&held("2 s"))) && !load(&held("2 s"), "broken").report.ok());
+    assert!(!is_valid(&schema::schema(), &parsed(&held("[1]"))) && !load(&held("[1]"), "broken").report.ok());
 }
 
 #[test]

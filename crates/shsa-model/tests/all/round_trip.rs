@@ -145,15 +145,15 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
     let priors = properties()
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
-    let limits =
-        (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
+    let ranges = (some((text(), text())), some((text(), text())));
+    let limits = (ranges, some(text()), some(text()), some(text()), some(text()), some(text()));
     let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
-            (range, max_rate, max_delay, mean_over, noise, frozen_after),
+            ((range, saturates), max_rate, max_delay, mean_over, noise, frozen_after),
             (scale, offset, hold, rests_at, rests_for, access),
         )| {
             let name = Text::default();
@@ -173,6 +173,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 mean_over,
                 timeout,
                 range,
+                saturates,
                 max_rate,
                 max_delay,
                 frozen_after,

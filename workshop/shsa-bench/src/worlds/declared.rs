@@ -73,6 +73,9 @@ impl World {
         let share = signal.share * meant.abs();
         let rest = ROUNDING * (truth.abs() + meant.abs());
         let error = truth - meant;
-        error >= signal.error.0 - share - rest && error <= signal.error.1 + share + rest
+        let (lowest, highest) = signal.ends.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let is_above = error >= signal.error.0 - share - rest || meant <= lowest + rest;
+        let is_below = error <= signal.error.1 + share + rest || meant >= highest - rest;
+        is_above && is_below
     }
 }

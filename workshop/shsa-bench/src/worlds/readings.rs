@@ -79,7 +79,8 @@ impl World {
             // A share of the reading, which is nearer to zero than the truth by no more than both errors.
             let share = signal.share * (truth.abs() - hi.max(-lo)).max(0.0) / (1.0 + signal.share);
             let error = 0.5 * (lo + hi) + WITHIN * place * (0.5 * (hi - lo) + share);
-            self.raw(signal, truth - error)
+            let (lowest, highest) = signal.ends.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+            self.raw(signal, (truth - error).clamp(lowest, highest))
         };
         elements.map(value).collect()
     }

@@ -62,6 +62,10 @@ pub(super) struct Signal {
     pub(super) delay: f64,
     pub(super) mean_over: f64,
     pub(super) holds: bool,
+    /// How far the truth may be from the last value of a signal that is sent on change.
+    pub(super) dead_band: f64,
+    /// The lowest and the highest value that it can show.
+    pub(super) ends: Option<(f64, f64)>,
     pub(super) copies: Option<usize>,
     pub(super) causes: Vec<usize>,
     /// Further keys, as they are written.
@@ -317,6 +321,8 @@ impl World {
             delay: 0.0,
             mean_over: 0.0,
             holds: false,
+            dead_band: 0.0,
+            ends: None,
             copies: None,
             causes: Vec::new(),
             keys: String::new(),

@@ -181,8 +181,14 @@ impl Signal {
                 keys.push(format!("{key}: {}", seconds(span)));
             }
         }
-        if self.holds {
+        if self.dead_band > 0.0 {
+            keys.push(format!("hold: \"{}\"", difference(dimension, self.dead_band)));
+        } else if self.holds {
             keys.push("hold: true".to_owned());
+        }
+        if let Some((lo, hi)) = self.ends {
+            let end = |si: f64| if si.is_finite() { quantity(dimension, si) } else { si.to_string() };
+            keys.push(format!("saturates: {}", bounds(&end(lo), &end(hi))));
         }
         if let Some(of) = self.copies {
             keys.push(format!("derived_from: [{}]", names.signal(of)));

@@ -16,7 +16,15 @@ pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual) -> b
     };
     let width = |way: &WatchedWay| way.latest_value().map_or(0.0, Interval::width);
     let is_narrow = |range: f64| width(one) + width(other) < EVEN * range;
-    !one.is_verdict() && !other.is_range() && one.range_width().is_none_or(is_narrow)
+    !one.is_verdict()
+        && !other.is_range()
+        && one.range_width().is_none_or(is_narrow)
+        && !is_of_a_bound(evidence, agreement)
+}
+
+/// Whether one of two ways says at present that the value is beyond what it can show, which agrees with nearly any error.
+pub(super) fn is_of_a_bound(evidence: &impl EvidenceView, pair: &Residual) -> bool {
+    [pair.way, pair.other].into_iter().filter_map(|index| evidence.way(index)).any(WatchedWay::is_a_bound)
 }
 
 /// The signals on which both ways rest and that neither of them reads.

@@ -13,6 +13,7 @@
 //! and then.
 
 use super::evidence::{is_explained, rests_on, rests_on_any, stands_still};
+use super::power::is_of_a_bound;
 use super::{Decision, EvidenceView, Proof, Review};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
@@ -36,7 +37,7 @@ enum Weighed {
 #[derive(Default)]
 struct Counts {
     agree: usize,
-    /// Those that agree, but would agree beside a lasting offset as well.
+    /// Those that agree, but would agree beside a lasting offset as well, or are of a bound only.
     appeased: usize,
     silent: usize,
     explained: usize,
@@ -186,7 +187,9 @@ impl<T: EvidenceView> Review<'_, T> {
             }
             match pair.residual_state(now) {
                 ResidualState::Unknown => found.silent += usize::from(has_accused),
-                ResidualState::Agree if has_accused && bears_on(pair) => found.agree += 1,
+                ResidualState::Agree if has_accused && bears_on(pair) && !is_of_a_bound(evidence, pair) => {
+                    found.agree += 1;
+                }
                 ResidualState::Agree if has_accused => found.appeased += 1,
                 ResidualState::Agree => {
                     found.witnessed |= has_seen(pair)

@@ -119,9 +119,13 @@ impl Provider {
             serving.unfit_since = None;
             return Some(given);
         }
+        let width = self.settings.width(&given, serving.service.timing());
         let left = self.leave_unfit(knowledge, monitor, &given, now);
         if left.is_none() {
-            self.state.serving_mut()?.unfit_since.get_or_insert(now);
+            let is_wide_only = now - given.1.to <= self.settings.max_age && width.is_some();
+            if !(self.settings.is_any_width_usable && is_wide_only) {
+                self.state.serving_mut()?.unfit_since.get_or_insert(now);
+            }
             return Some(given);
         }
         report(outputs, left);

@@ -4,8 +4,19 @@ use super::super::message::PublishedValue;
 use crate::alignment::Sample;
 use crate::computation::Timing;
 use crate::interval::Interval;
-use crate::knowledge::{KnowledgeBase, NeedId, Shape, Switching, Variable, VariableId, WhenUnsure};
+use crate::knowledge::{KnowledgeBase, NeedId, Shape, Signal, Switching, Variable, VariableId, WhenUnsure};
 use crate::time::{Span, Time, Validity};
+
+/// How wide values may be where a need says nothing: less wide than those of a carrier that says no more than that the value is beyond
+/// what it can show, as long as there is another one.
+fn usable_width(knowledge: &KnowledgeBase, variable: VariableId) -> f64 {
+    let carriers = || knowledge.carriers(variable).iter().map(|signal| &knowledge.signals()[*signal]);
+    let width = |it: &Signal| it.value_error.hi - it.value_error.lo;
+    let others = carriers().filter(|it| it.limits.saturation.is_none()).map(width);
+    let narrowest = others.fold(f64::INFINITY, f64::min);
+    let least = carriers().filter_map(|it| Some(it.limits.saturation?.least_width().max(width(it))));
+    least.filter(|least| narrowest < *least).fold(f64::INFINITY, f64::min)
+}
 
 /// A value of a source, with the time in which it was true.
 pub(super) type Given = (PublishedValue, Validity);
@@ -22,6 +33,8 @@ pub(super) struct Settings {
     pub(super) switching: Switching,
     pub(super) max_age: Span,
     pub(super) max_width: f64,
+    /// Whether a wider value serves where there is no narrower one.
+    pub(super) is_any_width_usable: bool,
     pub(super) when_unsure: WhenUnsure,
 }
 
@@ -37,7 +50,8 @@ impl Settings {
             wraps: variable.wraps,
             switching: need.switching,
             max_age: need.max_age,
-            max_width: need.max_width.unwrap_or(f64::INFINITY),
+            max_width: need.max_width.unwrap_or_else(|| usable_width(knowledge, need.variable)),
+            is_any_width_usable: need.max_width.is_none(),
             when_unsure: need.when_unsure,
         }
     }

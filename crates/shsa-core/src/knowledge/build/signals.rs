@@ -1,5 +1,6 @@
 //! Checks signals.
 
+mod saturation;
 mod sign;
 mod standing;
 
@@ -22,6 +23,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use saturation::saturation;
 use standing::{frozen_after, holds, rests_at, rests_for};
 
 /// Reads signals and their common causes; a signal without a known variable is left out.
@@ -119,7 +121,8 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let time_error = draft.time_error.as_ref();
     let delay = draft.delay.as_ref().and_then(|text| quantity::span(problems, text));
     let mean_over = mean_over(problems, draft, variable.map(|id| &variables.list[id]));
-    let holds = holds(problems, draft.hold.as_ref(), variable.map(|id| &variables.list[id]));
+    let dead_band = holds(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
+    let holds = dead_band.is_some();
     // Who is asked only now and then has not fallen silent between two answers.
     let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz.filter(|_| !holds));
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
@@ -127,6 +130,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let rests_at = rests_at(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let rests_for = rests_for(problems, draft);
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
+    let saturation = saturation(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
         name: draft.name.text.clone(),
         variable: variable.unwrap_or_else(|| crate::knowledge::Id::from_index(0)),
@@ -136,7 +140,8 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         rate_hz,
         value_error: error
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
-            .unwrap_or_default(),
+            .unwrap_or_default()
+            .widened(dead_band.unwrap_or(0.0)),
         noise: draft.noise.as_ref().and_then(|text| noise(problems, draft, text, unit.as_ref())),
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))
@@ -145,8 +150,9 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         mean_over: mean_over.unwrap_or(Span::ZERO),
         timeout,
         holds,
+        dead_band: dead_band.unwrap_or(0.0),
         access: access(problems, draft.access.as_ref(), variable.map(|id| &variables.list[id])),
-        limits: ReadingLimits { max_delay, frozen_after, rests_at, rests_for, ..possible },
+        limits: ReadingLimits { max_delay, saturation, frozen_after, rests_at, rests_for, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,

@@ -150,6 +150,7 @@ pub(super) fn signal_fields(draft: &SignalDraft) -> Fields {
         ("mean_over", words(draft.mean_over.as_ref())),
         ("timeout", words(draft.timeout.as_ref())),
         ("range", range(draft.range.as_ref())),
+        ("saturates", range(draft.saturates.as_ref())),
         ("max_rate", words(draft.max_rate.as_ref())),
         ("max_delay", words(draft.max_delay.as_ref())),
         ("frozen_after", words(draft.frozen_after.as_ref())),

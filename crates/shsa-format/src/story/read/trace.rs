@@ -19,7 +19,8 @@ const TRACE: [&str; 7] = ["duration", "seed", "truth", "signals", "faults", "row
 const ORDER: [&str; 10] =
     ["at", "order", "signal", "relation", "cause", "need", "source", "lasts", "because", "evidence"];
 
-const SOURCE: [&str; 9] = ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "echo"];
+const SOURCE: [&str; 10] =
+    ["value", "rate", "from", "to", "jitter", "delay", "latency", "noise", "dead_band", "echo"];
 
 const ROW: [&str; 4] = ["signal", "time", "received", "value"];
 
@@ -80,6 +81,7 @@ impl Writer<'_, '_> {
         let value = keys.text("value", "a formula of `t`", "20 + 0.5 * sin(t * 1 rad/s)");
         let rate = keys.text("rate", "a frequency", "10 Hz");
         let noise = keys.text("noise", "an amount", "0.05");
+        let dead_band = keys.text("dead_band", "an amount", "0.2");
         let times = ["from", "to", "jitter", "delay", "latency"].map(|key| keys.span(key));
         let [from, to, jitter, delay, latency] = times.map(|text| text.and_then(|text| self.span(&text)));
         let latency = latency.unwrap_or(Span::ZERO);
@@ -94,6 +96,7 @@ impl Writer<'_, '_> {
         let unit = described.unit.as_ref();
         let curve = definitions.curve(self.reader, &value, unit);
         let noise = noise.and_then(|text| self.amount(&text, unit)).unwrap_or(0.0);
+        let dead_band = dead_band.and_then(|text| self.amount(&text, unit)).unwrap_or(0.0);
         let (from, to) = (from.unwrap_or(Span::ZERO), to.unwrap_or(trace.duration));
         let Some(period) = self.period(name, rate, described.rate_hz, to - from) else { return };
         let spans = (jitter.unwrap_or(Span::ZERO), delay.unwrap_or(Span::ZERO));
@@ -108,6 +111,7 @@ impl Writer<'_, '_> {
             delay,
             latency,
             noise,
+            dead_band,
         }));
     }
 

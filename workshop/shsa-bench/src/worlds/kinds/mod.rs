@@ -89,6 +89,8 @@ pub(super) const KINDS: &[Kind] = &[
     sensing("late", "values that come late", sensing::late),
     sensing("unordered", "values that overtake each other, or come twice", sensing::unordered),
     sensing("hold", "polled values that stand until the next one", sensing::hold),
+    sensing("on_change", "values that are sent when they have left a dead band", sensing::on_change),
+    sensing("saturates", "sensors that cannot show all that is possible", sensing::saturates),
     sensing("noise", "declared noise", sensing::noise),
     sensing("relative", "errors in per cent", sensing::relative),
     sensing("scaled", "counts of converters, with offsets", sensing::scaled),

@@ -75,6 +75,63 @@ pub(super) fn hold(world: &mut World, chance: &mut Chance) {
     most(world, chance, |signal, _| signal.holds |= !is_vector[signal.variable] && signal.mean_over == 0.0);
 }
 
+pub(super) fn on_change(world: &mut World, chance: &mut Chance) {
+    // Who speaks rarely tells and is trusted again late.
+    world.has_losses = true;
+    let before = world.clone();
+    most(world, chance, |signal, chance| {
+        let variable = &before.variables[signal.variable];
+        let is_usual = !variable.is_vector && signal.mean_over == 0.0 && signal.schedule.at.is_empty();
+        if !is_usual || variable.wraps.is_some() {
+            return;
+        }
+        signal.holds = true;
+        signal.declares_rate = false;
+        let period = 1.0 / signal.rate_hz;
+        let course = &variable.courses[0];
+        // It looks each period, and what it sends takes a while.
+        let lasts = period + signal.schedule.latency.1 + signal.schedule.packet;
+        let moves = |from: f64, value: f64| {
+            let times = (0..=16).map(|at| from + lasts * f64::from(at) / 16.0);
+            times.map(|time| (course(time) - value).abs()).fold(0.0, f64::max)
+        };
+        let moments: Vec<f64> =
+            (0..(before.seconds / period) as usize).map(|at| (at as f64 + 0.5) * period).collect();
+        let fastest = moments.iter().map(|at| moves(*at, course(*at))).fold(0.0, f64::max);
+        signal.dead_band = (before.size(signal.variable) * between(chance, 0.02, 0.6)).max(1.1 * fastest);
+        let mut sent = f64::INFINITY;
+        for moment in moments {
+            if moves(moment, sent) > 0.99 * signal.dead_band {
+                sent = course(moment);
+                signal.schedule.at.push((1e9 * moment).round() * 1e-9);
+            }
+        }
+    });
+}
+
+pub(super) fn saturates(world: &mut World, chance: &mut Chance) {
+    // A witness at its end knows nothing of a fault.
+    world.has_losses = true;
+    for variable in 0..world.variables.len() {
+        let (lo, hi) = world.extremes(variable);
+        let room = world.size(variable) * between(chance, 0.1, 3.0);
+        let own = &mut world.variables[variable];
+        if own.range.is_none() && own.wraps.is_none() {
+            own.range = Some((lo - room, hi + room));
+        }
+    }
+    let before = world.clone();
+    most(world, chance, |signal, chance| {
+        let (lo, hi) = before.extremes(signal.variable);
+        let end = |chance: &mut Chance| lo + (hi - lo) * chance.share();
+        let (one, other) = (end(chance), end(chance));
+        let ends = [(one, f64::INFINITY), (f64::NEG_INFINITY, one), (one.min(other), one.max(other))];
+        if before.variables[signal.variable].wraps.is_none() && signal.mean_over == 0.0 {
+            signal.ends = Some(ends[chance.below(3)]);
+        }
+    });
+}
+
 pub(super) fn noise(world: &mut World, chance: &mut Chance) {
     // Statistics look closer than the neighbours of a sample bound it.
     world.is_rated = true;

@@ -1,4 +1,4 @@
-//! Reads whether the values of a signal stand, and when they have stood for too long.
+//! Reads whether the values of a signal stand and how far off they may be then, and when they have stood for too long.
 
 use super::vectors_have_none;
 use crate::knowledge::build::problems::Problems;
@@ -9,21 +9,42 @@ use crate::time::Span;
 use crate::unit::Unit;
 use alloc::format;
 
-pub(super) fn holds(problems: &mut Problems, text: Option<&Text>, variable: Option<&Variable>) -> bool {
-    let Some(text) = text else { return false };
-    match (text.text.as_str(), variable) {
-        ("false", _) => false,
-        ("true", Some(variable)) if variable.shape == Shape::Vector => {
-            vectors_have_none(problems, "hold", text, variable);
-            false
-        }
-        ("true", _) => true,
-        (other, _) => {
-            let message = format!("`{other}` does not say whether a value stands until the next one");
-            problems.error(text, message, "write `hold: true`, or leave it away");
-            false
-        }
+/// Whether the values of a signal stand, and by how much a value may be off before the signal is sent again: 0 where nothing bounds
+/// that.
+pub(super) fn holds(
+    problems: &mut Problems,
+    draft: &SignalDraft,
+    unit: Option<&Unit>,
+    variable: Option<&Variable>,
+) -> Option<f64> {
+    let text = draft.hold.as_ref().filter(|text| text.text != "false")?;
+    if let Some(variable) = variable.filter(|variable| variable.shape == Shape::Vector) {
+        vectors_have_none(problems, "hold", text, variable);
+        return None;
     }
+    if text.text == "true" {
+        if draft.timeout.is_none() && variable.is_some_and(|it| it.max_rate.is_some()) && draft.rate.is_none()
+        {
+            let message =
+                format!("the bounds of `{}` grow by `max_rate` until it is sent again", draft.name.text);
+            let help = "where it is sent as soon as it has changed by a dead band, write that: `hold: 0.2 K`";
+            problems.note(text, message, help);
+        }
+        return Some(0.0);
+    }
+    if !text.text.starts_with(|first: char| first.is_ascii_digit() || "+-.".contains(first)) {
+        let message = format!("`{}` does not say whether a value stands until the next one", text.text);
+        let help = "write `hold: true`, or the change at which the signal is sent again: `hold: 0.2 K`";
+        problems.error(text, message, help);
+        return None;
+    }
+    let dead_band = quantity::difference(problems, text, unit)?;
+    if dead_band <= 0.0 {
+        let help = "write the change at which the signal is sent again, or `hold: true`";
+        problems.error(text, "a dead band is above 0", help);
+        return None;
+    }
+    Some(dead_band)
 }
 
 pub(super) fn frozen_after(problems: &mut Problems, text: Option<&Text>) -> Option<Span> {
