@@ -1,7 +1,8 @@
 //! Decisions as events, with their reasons: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
-use crate::alignment::{Defect, Misdated, Still};
+use super::unit_slip::{only_right, right_unit};
+use crate::alignment::{Defect, Jump, Misdated, Still};
 use crate::diagnosis::{Blame, Decision, Proof, rests_on, speaks_against};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
@@ -83,6 +84,13 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
     let (bad, of) = fault.count;
     let figures = Reason::Readings { bad: bad.into(), of: of.into() };
     let because = Reasons::from(shown(knowledge, signal, fault.evidence)).then(Joint::With, figures);
+    let unit = match fault.evidence {
+        Evidence::TooFast(Jump { from, to, within, max_rate }) => {
+            only_right(knowledge, signal, &[(to, from.widened(max_rate * within.seconds()))])
+        }
+        _ => None,
+    };
+    let because = unit.into_iter().fold(because, |because, unit| because.then(Joint::Next, unit));
     let about = Component::Signal(signal);
     Event { symptom: Some(fault.symptom), ..event(knowledge, EventKind::Failed, about, because, now) }
 }
@@ -224,6 +232,9 @@ fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> E
     if let Some(traits) = symptom.and_then(|(signal, symptom)| traits(monitor, signal, symptom, now)) {
         because = because.then(Joint::Next, traits);
     }
+    let against = || scene.against(blame.component).into_iter();
+    let unit = symptom.and_then(|(signal, _)| right_unit(knowledge, monitor, against(), signal));
+    because = unit.into_iter().fold(because, |because, unit| because.then(Joint::Next, unit));
     because = because.then(Joint::Next, why).then(Joint::Next, probability(knowledge, blame));
     if blame.relapses > 0 {
         because = because.then(Joint::Next, Reason::Intermittent { times: blame.relapses.into() });

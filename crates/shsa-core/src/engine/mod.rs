@@ -8,6 +8,7 @@ mod options;
 mod operator;
 mod snapshot;
 mod message;
+mod unit_slip;
 mod events;
 mod ways;
 mod ready_sources;

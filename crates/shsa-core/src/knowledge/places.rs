@@ -81,8 +81,7 @@ impl Draft {
                 prior.iter_mut().for_each(&mut *each);
             });
             it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
-            let pairs = it.range.iter_mut().chain(&mut it.saturates);
-            pairs.flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
+            it.range.iter_mut().chain(&mut it.saturates).flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
             properties(&mut it.properties, each);
         }
         self.fusions.iter_mut().for_each(|fusion| fusion.texts(each));

@@ -88,6 +88,8 @@ reasons! {
     "seems-late" SeemsLate { by: Span = "By how much." };
     /// The values of a signal scatter around those of others.
     "scatters" Scatters;
+    /// The values of a signal would agree with the others in another unit.
+    "right-in" RightIn { unit: String = "The unit." };
     /// The difference from other values has grown slowly.
     "built-up" BuiltUp;
     // How the accused was found.

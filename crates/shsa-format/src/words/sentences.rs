@@ -44,6 +44,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("seems-early", "its values seem to be {by} early"),
     ("seems-late", "its values seem to be {by} late"),
     ("scatters", "its values scatter around those of others"),
+    ("right-in", "its values would agree in {unit}"),
     ("built-up", "the difference has built up slowly"),
     // How the blame was found.
     ("shared-explains-best", "{cause}, which {signals} share, explains it best"),
