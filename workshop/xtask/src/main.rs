@@ -11,6 +11,7 @@ mod results;
 mod sbom;
 mod package;
 mod screenshots;
+mod book;
 
 use anyhow::{Context, Result, bail};
 use std::env;
@@ -28,6 +29,7 @@ usage: cargo xtask COMMAND
   chaos      breaks the world around a live run, and writes that section of workshop/measured/results.md (as root: all of it; random
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
+  book       makes a site of the documents, with search, in target/book/site, and checks its links (installs mdBook in target/book-tools)
   package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out
              FOLDER` writes there, `--twice` builds in two folders and compares (not in CI: two builds of 10 minutes),
              `--static` builds the program alone, without libraries: target/package/shsa (not in CI, either)";
@@ -57,6 +59,7 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("results") => results::write(),
         Some("chaos") => results::chaos::write(),
         Some("screenshots") => screenshots::take(),
+        Some("book") => book::write(),
         Some("package") => package::write(env::args().skip(2)),
         Some(other) => bail!("no command `{other}`\n{USAGE}"),
         None => bail!("no command\n{USAGE}"),

@@ -87,6 +87,22 @@ const TESTS: [Need; 12] = [
     Need { name: "valgrind", probe: &["valgrind", "--version"], install: Install::Debian("valgrind") },
 ];
 
+/// The version is fixed, as the configuration is written for it. It builds for some minutes.
+const BOOK: [Need; 1] = [Need {
+    name: "mdBook in target/book-tools",
+    probe: &["sh", "-c", "target/book-tools/bin/mdbook --version | grep -q 'v0.5.4'"],
+    install: Install::Command(&[
+        "cargo",
+        "install",
+        "mdbook",
+        "--version",
+        "0.5.4",
+        "--locked",
+        "--root",
+        "target/book-tools",
+    ]),
+}];
+
 /// Provides what the quick checks and the build need.
 ///
 /// # Errors
@@ -101,6 +117,14 @@ pub(crate) fn provide_toolchain() -> Result<()> {
 /// When something is absent and cannot be installed.
 pub(crate) fn provide_for_tests() -> Result<()> {
     provide(&TESTS, command::succeeds, |line| command::run(line).is_ok())
+}
+
+/// Provides what the site of the documents is made by.
+///
+/// # Errors
+/// When it is absent and cannot be installed.
+pub(crate) fn provide_for_book() -> Result<()> {
+    provide(&BOOK, command::succeeds, |line| command::run(line).is_ok())
 }
 
 /// Installs what is absent: all packages of Debian by one command, as each one reads all lists of packages again.

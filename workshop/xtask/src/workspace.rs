@@ -100,12 +100,22 @@ pub(crate) struct File {
 /// # Errors
 /// When git is missing, or this is no clone.
 pub(crate) fn files() -> Result<Vec<File>> {
-    let list = command::output(&["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"])?;
+    let root = root().to_str().context("the workspace's folder has a name that is not UTF-8")?;
+    let list = command::output(&[
+        "git",
+        "-C",
+        root,
+        "ls-files",
+        "-z",
+        "--cached",
+        "--others",
+        "--exclude-standard",
+    ])?;
     let paths = list.split('\0').filter(|path| !path.is_empty());
     Ok(paths.filter_map(|path| Some(File { path: path.into(), text: text_of(path)? })).collect())
 }
 
 /// `None` for a deleted file that is still listed, and for a file that is no text.
 fn text_of(path: &str) -> Option<String> {
-    String::from_utf8(std::fs::read(path).ok()?).ok()
+    String::from_utf8(std::fs::read(root().join(path)).ok()?).ok()
 }
