@@ -345,6 +345,6 @@ pub const UTILITY: [Key; 5] = [
     ),
     text("relation", "a formula over properties of a relation", "1 / cost"),
     text("signal", "a formula over properties of a signal", "accuracy"),
-    text("way", "a formula over how a way of knowing ran", "agreement * availability"),
+    text("way", "a formula over the record of a way", "agreement * availability"),
     numbers("defaults"),
 ];

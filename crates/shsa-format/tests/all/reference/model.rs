@@ -104,7 +104,7 @@ fn every_fact_of_a_utility_is_described() {
     for (name, figure) in Figure::NAMES {
         let row = section.rows("fact").into_iter().find(|row| code(&row[0]) == [name]).unwrap();
         let unknown =
-            figure.unknown().map_or("must stand under `defaults`".to_owned(), |value| value.to_string());
+            figure.unknown().map_or("must be given under `defaults`".to_owned(), |value| value.to_string());
         assert_eq!(row[3], unknown, "{name}");
     }
 }
