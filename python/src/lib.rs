@@ -1,7 +1,7 @@
 //! The compiled part of the Python package `shsa`: `package/shsa` gives its functions their Python form.
 //!
 //! Results cross the border as the JSON and the Parquet that the command writes, so they are the same. `problem` makes exceptions,
-//! `work` runs what takes long, `model`, `columns`, `engine`, `replay`, `lab`, `bus` and `runtime` are the parts of the package.
+//! `work` runs long tasks without Python's lock, `model`, `columns`, `engine`, `replay`, `lab`, `bus` and `runtime` are the parts of the package.
 
 mod problem;
 mod work;

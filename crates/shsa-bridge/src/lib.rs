@@ -1,11 +1,33 @@
 //! Middleware: receives observations and publishes substitutes.
 //!
 //! Each middleware is a module, a feature and a [`Bridge`]. A bridge never delivers its own publications: a substitute has the
-//! name of the signal that it replaces, and must not be taken as evidence about that signal. Other readers tell them apart by
+//! name of the signal that it replaces, and must not count as evidence about that signal. Other readers distinguish them by
 //! [`Message::publisher`] or by the [`Provenance`].
 //!
 //! Received messages wait in an [`Inbox`], bounded for each topic: a flood of one topic costs that topic its oldest messages, and
-//! other topics nothing.
+//! other topics nothing. Each message carries the time of its reception by a [`Clock`], which does not follow steps of the wall clock.
+//!
+//! A bridge reconnects by itself. A program with messages of its own needs no middleware: [`OwnBus`] connects an inbox and a function.
+//!
+//! # Example
+//!
+//! ```
+//! use shsa_bridge::{Bridge, Clock, Inbox, Message, Outgoing, OwnBus, Payload};
+//! use shsa_core::observation::RawValue;
+//! use shsa_core::time::Time;
+//!
+//! let inbox = Inbox::new(8, Clock::manual());
+//! let mut bus = OwnBus::new(inbox.clone(), |message: Outgoing<'_>| {
+//!     assert_eq!(message.topic, "healed/speed");
+//!     Ok(())
+//! });
+//! let speed = Payload::Value(RawValue::Number(13.6));
+//! inbox.push(Message::new("wheel/speed".into(), Time(3), speed.clone()));
+//! let received = bus.receive().unwrap();
+//! assert_eq!(&*received.topic, "wheel/speed");
+//! bus.publish(Outgoing::new("healed/speed", Time(3), speed))?;
+//! # Ok::<(), shsa_bridge::BridgeError>(())
+//! ```
 
 mod backlog;
 mod channel;

@@ -1,8 +1,8 @@
 //! The engine for programs in C and C++: models from text, observations in, published values and decisions out.
 //!
-//! `border` has the functions that C calls, with all that is unsafe: it makes references of pointers, and stops panics. The modules
-//! above it are ordinary Rust: `words` (texts as C has them), `error`, `model`, `output` (what the structs of the header look like),
-//! `engine`. `include/shsa.h` is made of this source by cbindgen.
+//! `border` has the functions that C calls, with all unsafe code: it turns pointers into references, and stops panics. The modules
+//! above it are ordinary Rust: `words` (texts in the form of C), `error`, `model`, `output` (the structs of the header),
+//! `engine`. cbindgen makes `include/shsa.h` from this source. `examples/loop.c` is a program that uses it.
 
 mod words;
 mod error;

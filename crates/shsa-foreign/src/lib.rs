@@ -1,7 +1,23 @@
 //! Models and certificates in the forms of other programs: each becomes a draft, or certificates, of ours.
 //!
 //! [`thesis`] reads and writes the files of the thesis's public programs (YAML and Prolog) and ontologies; [`conserts`] reads
-//! certificates of conserts-rs and safeTbox. [`load`] takes a model in any form, ours included.
+//! certificates of conserts-rs and safeTbox. [`load`] takes a model in any form, ours included, and detects the form. Elements that our
+//! language cannot express are reported with their places, never dropped silently.
+//!
+//! # Example
+//!
+//! A relation with two variables, as facts of Prolog:
+//!
+//! ```
+//! let facts = "
+//! function(steering, r1, [yaw_rate, speed]).
+//! itomsOf(yaw_rate, ['/imu/yaw_rate']).
+//! itomsOf(speed, ['/wheel/speed']).
+//! ";
+//! let loaded = shsa_foreign::load(facts, "drivetrain.pl");
+//! assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+//! assert!(loaded.knowledge.variable("steering").is_some());
+//! ```
 
 pub mod thesis;
 pub mod conserts;

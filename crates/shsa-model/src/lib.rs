@@ -1,6 +1,24 @@
 //! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
 //!
-//! All problems are reported together, with file, line, column and help; [`mod@write`] makes text of drafts again.
+//! Engineers write models by hand, so a report ([`Report`]) has all problems at once, each with file, line, column and help, and an
+//! unknown key is an error with the nearest known one. [`load`] does everything at once. [`mod@write`] makes text of drafts again, [`layout`]
+//! formats a text, [`patch`] writes a change into it without touching its comments, [`live`] applies changes to a model that runs, and
+//! [`schema`] describes the language for editors; [`keys`] is the table that all of them share.
+//!
+//! # Example
+//!
+//! ```
+//! let text = "
+//! shsa: 1
+//! variables: { speed: { unit: m/s } }
+//! signals:
+//!   wheel: { variable: sped, rate: 10 Hz }
+//! ";
+//! let loaded = shsa_model::load(text, "car.yaml");
+//! assert!(!loaded.report.ok());
+//! let problems = loaded.report.render(false);
+//! assert!(problems.contains("car.yaml:5:22"), "{problems}"); // the place of `sped`
+//! ```
 
 mod cursor;
 mod cut;

@@ -1,9 +1,28 @@
 //! Recordings: files turned into sessions of samples, in the order of their reception.
 //!
+//! A caller names the wanted signals by their sources; the first bytes and the ending of a file decide its format ([`FORMATS`]). Every
+//! reader reports topics and messages in the same way, so a model works with any of the formats:
+//!
 //! `reader of the format (rosbag, ...) -> topics and messages -> extraction (wanted signals) -> Gathered -> clock, session ->
 //! Recording`
 //!
-//! [`read`] reads the signals of a model from files. A damaged file gives its readable content, with warnings.
+//! [`read`] reads the signals of a model from files, [`read_bytes`] from memory; [`stream`](fn@stream) delivers a long recording piece by piece. A
+//! damaged file gives its readable content, with warnings.
+//!
+//! # Example
+//!
+//! ```
+//! use shsa_core::observation::RawValue;
+//! use shsa_recording::{ReadOptions, Wanted, read_bytes};
+//! use std::path::Path;
+//!
+//! let table = "t [s],speed [m/s]\n0.0,13.6\n0.1,13.7\n";
+//! let wanted = [Wanted::new("/wheel/speed", "log#speed")];
+//! let recording = read_bytes(Path::new("log.csv"), table.as_bytes(), &wanted, &ReadOptions::default())?;
+//! assert_eq!(recording.samples.len(), 2);
+//! assert_eq!(recording.samples[1].value, RawValue::Number(13.7));
+//! # Ok::<(), shsa_recording::RecordingError>(())
+//! ```
 
 mod clock;
 mod table;

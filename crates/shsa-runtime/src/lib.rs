@@ -12,6 +12,36 @@
 //!
 //! One thread at a time makes decisions: the run's own, or while that sleeps, the thread of the bus that delivers a message.
 //! Threads of the HTTP server only hand in requests. The printer's thread only writes lines.
+//!
+//! # Example
+//!
+//! A program with its own messages, which are numbers by topic; `examples/` has a longer one.
+//!
+//! ```
+//! use shsa_bridge::{Clock, Inbox, Message, Outgoing, OwnBus, Payload};
+//! use shsa_core::observation::RawValue;
+//! use shsa_model::live::{Live, Written};
+//! use shsa_runtime::{Model, Options, Runtime};
+//!
+//! let text = "{ shsa: 1, variables: { v: {} }, signals: { wheel: { variable: v } }, needs: { v: { signal: healed, max_age: 1 min } } }";
+//! let (live, _) = Live::load(Written { name: "car", text }).expect("the model is right");
+//! let inbox = Inbox::new(64, Clock::running());
+//! let (sender, sent) = std::sync::mpsc::channel();
+//! let bus = OwnBus::new(inbox.clone(), move |message: Outgoing<'_>| {
+//!     let _ = sender.send(message.topic.to_owned());
+//!     Ok(())
+//! });
+//! let model = Model { name: "car".to_owned(), path: None, live };
+//! let runtime = Runtime::new(vec![model], Options::default(), Box::new(bus))?;
+//! let handle = runtime.handle();
+//! let thread = std::thread::spawn(move || runtime.run());
+//!
+//! inbox.push(Message::new("wheel".into(), inbox.clock().now(), Payload::Value(RawValue::Number(5.0))));
+//! assert!(sent.iter().any(|topic| topic == "healed"));
+//! handle.stop();
+//! thread.join().expect("the run does not panic")?;
+//! # Ok::<(), shsa_runtime::RuntimeError>(())
+//! ```
 
 mod error;
 pub mod inputs;
