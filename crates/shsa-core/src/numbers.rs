@@ -40,15 +40,15 @@ macro_rules! numbers {
 }
 
 numbers! {
-    /// How often a signal is faulty, and how rare a second fault beside it is: two that err alike, or a wrong condition.
+    /// How often a signal is faulty, and how rare a second fault beside it is: two signals with the same error, or a wrong condition.
     PRIOR: f64 = 0.01, "probability", "a choice: the order of magnitude at which one fault explains before two", "prior";
     /// How often a relation does not hold: a fault of the plant.
     RELATION_PRIOR: f64 = 1e-5, "probability", "a choice: a thousandth of `PRIOR`", "prior of a relation";
-    /// A prior above this counts as this: an explanation by more faulty than sound components makes no sense.
+    /// A prior above this counts as this: an explanation by more faulty than sound components is not meaningful.
     HIGHEST_PRIOR: f64 = 0.49, "probability", "below even odds";
     /// An explanation this many times more probable than another rules it out.
     CLEAR_RATIO: f64 = 50.0, "odds", "below the odds of `PRIOR` (99 to 1): fewer faults rule out more";
-    /// The probability of what nothing is known about: that a comparison overlooks a fault, that an unknown way agrees.
+    /// The probability without any knowledge: that a comparison overlooks a fault, that an unknown way agrees.
     EVEN: f64 = 0.5, "probability", "the least informative value";
     /// Agreements that may have overlooked the same fault count at most this often: they are not independent.
     MOST_ONE_SIDED: u32 = 4, "comparisons", "`shsa-bench worlds --oracle odds`: printed probabilities are true within 5 points";
@@ -56,9 +56,9 @@ numbers! {
     COINCIDES: f64 = 10.0, "odds", "a choice: one more fault of the cause outweighs one independent fault";
     /// The highest prior that this gives.
     HIGHEST_RAISED: f64 = 0.2, "probability", "a choice: the cause is never certain beforehand";
-    /// What lies further back than this is another occasion: faults that are independent, records of ways.
+    /// Events further back than this are separate occasions: independent faults, records of ways.
     RECENT: Span = Span::from_millis(60_000), "ns", "a choice";
-    /// What is over earlier is a passing disturbance; what is trusted again has been supported for longer.
+    /// A shorter disturbance is passing; a component that is trusted again has been supported for longer.
     LASTING: Span = Span::from_millis(5_000), "ns", "a choice: shocks of a vehicle, and bad roads, are shorter", "probation";
     /// A contradiction waits at most this long for slower comparisons that may decide.
     PATIENCE: Span = Span::from_millis(4_000), "ns", "a choice: below `LASTING`";
@@ -90,8 +90,8 @@ numbers! {
     RECURRING_LEAST: f64 = 4.5, "values", "a choice: five among `MANY`";
     /// Statistics rest on this many comparisons.
     MANY: u32 = 64, "comparisons", "a standard deviation is known to a tenth";
-    /// No single event counts as more than this multiple of what is enough.
-    AT_ONCE: f64 = 1.5, "limits", "one wild value is no trend";
+    /// No single event counts as more than this multiple of the limit.
+    AT_ONCE: f64 = 1.5, "limits", "one wild value is not a trend";
     /// Means of a trend go over this multiple of the least number of comparisons.
     TREND_MEMORY: f64 = 4.0, "multiple", "the deviation of a mean over four times as many is half as large";
     /// With known noise: the deviations from the usual difference that a comparison must exceed to count towards a drift,
@@ -104,7 +104,7 @@ numbers! {
     EARLY: f64 = 0.2, "share", "a choice";
     /// This near to an alarm, a drift may become one.
     NEAR: f64 = 0.25, "share of the limit", "a choice";
-    /// This many deviations are surely no noise.
+    /// This many deviations are certainly not noise.
     SURELY: f64 = 3.0, "deviations", "normal noise exceeds it once in 370";
     /// The multiple of the known noise that is too much scatter, and the errors of the past within which an estimate is.
     BEYOND_NOISE: f64 = 2.0, "deviations", "with white noise, no estimate over `MANY` comparisons is so far off; 95 % of normal errors";
@@ -112,9 +112,9 @@ numbers! {
     OFF_SHARE: f64 = 0.4, "share of the tolerance", "two uniform errors over their whole bounds differ by 0.41, root of the mean square";
     /// The share of the differences' squares that a shift in time must explain.
     SHIFT_EXPLAINS: f64 = 0.8, "share", "a choice";
-    /// From this share on: of the tolerance, an agreement may soon be none; of changes among differences, these are noise.
+    /// From this share on: of the tolerance, an agreement may soon end; of changes among differences, these are noise.
     MOSTLY: f64 = 0.75, "share", "a choice";
-    /// What is briefer shows nothing yet: scatter, wrong stamps, a first value after a silence; and stamps may be this far ahead.
+    /// A shorter time shows nothing yet: scatter, wrong stamps, a first value after a silence; and stamps may be this far ahead.
     BRIEF: Span = Span::from_millis(1_000), "ns", "a choice: clocks that are synchronised over a network differ by less";
     /// Scatter is estimated over at least this many comparisons.
     SCATTER_LEAST: f64 = 16.0, "comparisons", "a standard deviation is known to a fifth";
@@ -126,9 +126,9 @@ numbers! {
     BENDS_MORE: f64 = 2.0, "multiple", "`shsa-bench worlds --kind mean`";
     /// and where many lines show it, as much as this.
     BENDS_AT_MOST: f64 = 3.0, "multiple", "`shsa-bench worlds --kind noise`";
-    /// What was learned counts for good after one to two times this: a fault that is noticed earlier takes it back.
+    /// Learned values are final after one to two times this: a fault that is noticed earlier discards them.
     CONFIRMED_AFTER: Span = Span::from_millis(600_000), "ns", "a choice: faults are noticed earlier";
-    /// The share of its range that a learned constant moves before that is a drift, and may lie beyond.
+    /// The share of its range by which a learned constant moves before the move is a drift, and by which it may lie beyond.
     RANGE_SHARE: f64 = 0.125, "share of the range", "a choice";
     /// Errors below this share of the narrowest width count as equal.
     FINEST_ERROR: f64 = 0.1, "share of the width", "a choice";
