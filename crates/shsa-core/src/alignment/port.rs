@@ -158,12 +158,9 @@ impl Port {
             RawValue::Vector(_) => return None,
         };
         let rests = signal.limits.rests_at.is_some_and(|rest| value.contains(rest));
-        if signal.limits.saturation.is_some_and(|it| it.is_one_sided(value)) {
-            // Where it cannot show more, it may say the same for any time.
-            self.standstill.record(false, Some(value), now);
-            return None;
-        }
-        let lasted = self.standstill.record(self.standstill.value == Some(value), Some(value), now);
+        // At the end of what it can show, it may say the same for any time.
+        let is_same = self.standstill.value == Some(value) && !signal.limits.is_at_end(value);
+        let lasted = self.standstill.record(is_same, Some(value), now);
         too_long(lasted, if rests { signal.limits.rests_for? } else { allowed })
     }
 
@@ -361,12 +358,6 @@ impl Port {
     #[must_use]
     pub fn received(&self) -> Option<Time> {
         self.received
-    }
-
-    /// The time between the last two receptions.
-    #[must_use]
-    pub fn spacing(&self) -> Option<Span> {
-        Some(self.received? - self.received_before?)
     }
 
     /// The counts of the observations.

@@ -1,8 +1,8 @@
 //! Decisions as events, with their reasons: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
-use super::unit_slip::{only_right, right_unit};
-use crate::alignment::{Defect, Jump, Misdated, Still};
+use super::unit_slip::{right_unit, unit_of_jump};
+use crate::alignment::{Defect, Misdated, Still};
 use crate::diagnosis::{Blame, Decision, Proof, rests_on, speaks_against};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
@@ -84,12 +84,7 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
     let (bad, of) = fault.count;
     let figures = Reason::Readings { bad: bad.into(), of: of.into() };
     let because = Reasons::from(shown(knowledge, signal, fault.evidence)).then(Joint::With, figures);
-    let unit = match fault.evidence {
-        Evidence::TooFast(Jump { from, to, within, max_rate }) => {
-            only_right(knowledge, signal, &[(to, from.widened(max_rate * within.seconds()))])
-        }
-        _ => None,
-    };
+    let unit = unit_of_jump(knowledge, signal, fault.evidence);
     let because = unit.into_iter().fold(because, |because, unit| because.then(Joint::Next, unit));
     let about = Component::Signal(signal);
     Event { symptom: Some(fault.symptom), ..event(knowledge, EventKind::Failed, about, because, now) }

@@ -1,9 +1,9 @@
 //! Whether an accused signal is right in another unit: a meter that is read in kW and sends W since its update.
 
-use crate::alignment::Sample;
+use crate::alignment::{Jump, Sample};
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, SignalId};
-use crate::monitor::{Monitor, Residual, WatchedWay};
+use crate::monitor::{Evidence, Monitor, Residual, WatchedWay};
 use crate::numbers::IN_A_ROW;
 use crate::reason::Reason;
 use crate::unit::Unit;
@@ -56,8 +56,18 @@ pub(super) fn right_unit<'p>(
     if compared.len() > 1 { only_right(knowledge, signal, &compared) } else { None }
 }
 
+/// The unit in which a value that has jumped could have followed the one before.
+pub(super) fn unit_of_jump(
+    knowledge: &KnowledgeBase,
+    signal: SignalId,
+    evidence: Evidence,
+) -> Option<Reason> {
+    let Evidence::TooFast(Jump { from, to, within, max_rate }) = evidence else { return None };
+    only_right(knowledge, signal, &[(to, from.widened(max_rate * within.seconds()))])
+}
+
 /// The only unit in which all values of a signal are what was expected beside each.
-pub(super) fn only_right(
+fn only_right(
     knowledge: &KnowledgeBase,
     signal: SignalId,
     compared: &[(Interval, Interval)],

@@ -136,6 +136,15 @@ pub struct ReadingLimits {
     pub turn: Option<f64>,
 }
 
+impl ReadingLimits {
+    /// Whether a value is one that a reading at the end of what the signal can show gives.
+    #[inline]
+    #[must_use]
+    pub fn is_at_end(&self, value: Interval) -> bool {
+        self.saturation.is_some_and(|saturation| saturation.is_one_sided(value))
+    }
+}
+
 /// The parts of a source's text, as ranges of its bytes.
 ///
 /// Only the readers of recordings and middleware know the notation; they make these parts. By default the text names one

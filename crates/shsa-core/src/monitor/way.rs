@@ -1,7 +1,6 @@
 //! A watched way of knowing: its recent outputs, and its values at the moments of other ways.
 
-use super::one_sided::OneSided;
-use super::{Fresh, WayIndex, trend::Measured};
+use super::{Fresh, WayIndex, one_sided::OneSided, trend::Measured};
 use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
 use crate::computation::{Computation, Settled};
@@ -38,7 +37,6 @@ pub struct WatchedWay {
     pub(super) range: Option<Interval>,
     /// Whether this is the variable's declared range, and no computation.
     pub(super) is_range: bool,
-    /// Which of its values are bounds only.
     pub(super) one_sided: OneSided,
     /// Whether the value is the verdict of a specification: that a condition holds says nothing of the size of what it reads.
     pub(super) is_verdict: bool,
@@ -177,10 +175,9 @@ impl WatchedWay {
     #[inline]
     #[must_use]
     pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
-        if slower.mean_over() == Span::ZERO || self.constant.is_some() {
-            self.about(moment)
-        } else {
-            self.mean_beside(slower, moment)
+        match slower.mean_over() == Span::ZERO || self.constant.is_some() {
+            true => self.about(moment),
+            false => self.mean_beside(slower, moment),
         }
     }
 

@@ -122,9 +122,7 @@ reasons! {
     /// Several components explain the conflicts equally well.
     "any-of" AnyOf { choices: Vec<Subject> = "Those that do." };
     /// A common cause is the reason.
-    "by-shared" ByShared {
-        cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
-    };
+    "by-shared" ByShared { cause: String = "The common cause.", signals: Vec<String> = "The signals that share it." };
     /// The probability of the accusation, and the next best explanation.
     "probability-and-next" ProbabilityAndNext {
         own: Probability = "That of the accused.", next: Subject = "The next one.",

@@ -70,8 +70,7 @@ impl Inlet {
         }
         let (at, interval) = read(&self.signal, observation)?;
         // Of a bound only intervals are made.
-        let is_bound_only = || self.signal.limits.saturation.is_some_and(|it| it.is_one_sided(interval));
-        if !self.is_of_intervals && is_bound_only() {
+        if !self.is_of_intervals && self.signal.limits.is_at_end(interval) {
             return None;
         }
         let is_late = self.newest.is_some_and(|newest| at <= newest);

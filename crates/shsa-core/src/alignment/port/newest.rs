@@ -3,9 +3,15 @@
 use super::Port;
 use crate::interval::Interval;
 use crate::knowledge::Shape;
-use crate::time::Validity;
+use crate::time::{Span, Validity};
 
 impl Port {
+    /// The time between the last two receptions.
+    #[must_use]
+    pub fn spacing(&self) -> Option<Span> {
+        Some(self.received? - self.received_before?)
+    }
+
     /// The validity of a kept value, scalar or vector, `back` before the newest.
     #[must_use]
     pub fn moment(&self, back: usize) -> Option<Validity> {
