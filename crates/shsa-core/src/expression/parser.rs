@@ -176,7 +176,12 @@ impl<'a> Parser<'a> {
             Token::Name(name) => format!("{missing} before `{name}`"),
             Token::Number(value, _) => format!("{missing} before `{value}`"),
         };
-        Problem::error(self.span.clone(), message)
+        let problem = Problem::error(self.span.clone(), message);
+        match self.token {
+            // Wherever an equals sign is out of place, a comparison was meant.
+            Token::Symbol("=") => problem.with_help("compare with `==`"),
+            _ => problem,
+        }
     }
 
     /// Checks that nothing follows.
@@ -184,7 +189,6 @@ impl<'a> Parser<'a> {
         let problem = match &self.token {
             Token::End => return Ok(()),
             Token::Name(name) => self.stray_name(name),
-            Token::Symbol("=") => self.unexpected("an operator is missing").with_help("compare with `==`"),
             Token::Symbol(")" | "]") => self.unexpected("an opening bracket is missing"),
             _ => self.unexpected("an operator is missing"),
         };
