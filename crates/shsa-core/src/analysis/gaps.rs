@@ -118,6 +118,15 @@ fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Compone
     }
 }
 
+/// Whether no formula reads a signal's variable, so that nothing but conditions can.
+fn is_only_asked(knowledge: &KnowledgeBase, component: Component) -> bool {
+    let Component::Signal(signal) = component else { return false };
+    let variable = knowledge.signals()[signal].variable;
+    let mut formulas = knowledge.relations().iter().flat_map(|relation| &relation.formulas);
+    let is_made = knowledge.relations().iter().any(|relation| relation.outputs.contains(&variable));
+    !is_made && !formulas.any(|formula| formula.symbols().contains(&variable.symbol()))
+}
+
 /// The faults that the structure could detect, and the pairs of faults that it could isolate, where the comparisons do not.
 fn missed(
     knowledge: &KnowledgeBase,
@@ -133,7 +142,8 @@ fn missed(
             continue;
         }
         if shown.shown_by == 0 {
-            missed.push((fault, None));
+            // A condition is no evidence about what it reads, whatever the structure says.
+            missed.extend((!is_only_asked(knowledge, fault)).then_some((fault, None)));
             continue;
         }
         let signals = shown.signals.iter().map(Component::Signal);

@@ -49,7 +49,8 @@ impl Input {
         let description = &knowledge.signals()[signal];
         let max_rate =
             knowledge.variables()[description.variable].max_rate.filter(|_| !description.is_ageless());
-        let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
+        let max_gap =
+            period(knowledge, signal).map(|period| period.times(2) + description.delay.max(Span::ZERO));
         let shape = knowledge.variables()[description.variable].shape;
         let (delay, stands, access) = (description.delay, description.holds, description.access);
         // What only repeats the value that stands is no observation to look up.
@@ -105,7 +106,7 @@ impl Input {
             return Known::or_never(port.scalar_exactly_at(moment));
         }
         // An input that is reported late is waited for.
-        port.scalar_about(moment, self.reach(self.max_gap(port) - self.delay))
+        port.scalar_about(moment, self.reach(self.max_gap(port) - self.delay.max(Span::ZERO)))
     }
 
     #[inline(never)]

@@ -183,7 +183,7 @@ pub struct Signal {
     pub noise: Option<f64>,
     /// Lowest and highest error of the time stamps.
     pub time_error: (Span, Span),
-    /// How much older the content is than the time stamp.
+    /// How much older the content is than the time stamp; below zero where stamps are of the begin of what was measured.
     pub delay: Span,
     /// How long a time each value is the mean over, half of it before and half after the moment of the value; zero for a value of
     /// one moment.

@@ -347,6 +347,7 @@ fn pair(
         other: way_index(fast.0),
         signals,
         has_branches,
+        may_be_of_bounds: slow.1.may_be_a_bound() || fast.1.may_be_a_bound(),
         is_of_lines,
         line_ends: Time::MIN,
         repeats: false,

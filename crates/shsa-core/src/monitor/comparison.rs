@@ -32,7 +32,6 @@ impl Round<'_> {
         let Fresh { way, validity, ref measured } = *fresh;
         let Some(watched) = self.ways.get(way.0 as usize) else { return };
         let is_of_moment = watched.mean_over() == Span::ZERO;
-        let is_bound = watched.one_sided.is_at_end(measured.value);
         let mut waits = false;
         for &number in &watched.triggers {
             let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
@@ -71,7 +70,8 @@ impl Round<'_> {
                     Known::Never => continue,
                 },
             };
-            if !is_bound && !other.one_sided.is_at_end(known.value) {
+            let may_be_of_bounds = pair.may_be_of_bounds;
+            if !(may_be_of_bounds && Residual::are_bounds([watched, other], measured, &known)) {
                 self.consensus.add_value(number as usize, &known);
             }
             if !is_of_moment {
@@ -87,7 +87,10 @@ impl Round<'_> {
             };
             let known =
                 if pair.is_of_lines { pair.guessed(watched, other, output, known, validity) } else { known };
-            let known = pair.without_trend(watched, other, output, known);
+            let known = match may_be_of_bounds {
+                true => pair.without_trend([watched, other], output, known),
+                false => known,
+            };
             let of_newest = || newest.and_then(|_| newest_end(other));
             let recorded = pair.record(output, &known, validity, self.now, of_newest);
             self.changed |= recorded.changed;
@@ -139,7 +142,7 @@ impl Round<'_> {
                         (measured, known)
                     };
                     let known = pair.guessed(watched, other, &output, known, sample.validity);
-                    let known = pair.without_trend(watched, other, &output, known);
+                    let known = pair.without_trend([watched, other], &output, known);
                     let recorded = pair.record(&output, &known, sample.validity, self.now, || None);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {

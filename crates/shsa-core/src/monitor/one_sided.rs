@@ -29,19 +29,13 @@ impl OneSided {
     }
 
     /// Whether a value certainly is a bound only.
-    #[inline]
-    pub(super) fn is_at_end(&self, value: Interval) -> bool {
+    fn is_at_end(&self, value: Interval) -> bool {
         matches!(self, OneSided::AtEnds(saturation) if saturation.is_one_sided(value))
     }
 
     /// Whether a value may be a bound only.
-    #[inline]
     fn includes(&self, value: Interval) -> bool {
-        match self {
-            OneSided::Never => false,
-            OneSided::AtEnds(saturation) => saturation.is_one_sided(value),
-            OneSided::Perhaps => true,
-        }
+        matches!(self, OneSided::Perhaps) || self.is_at_end(value)
     }
 }
 
@@ -51,21 +45,37 @@ impl WatchedWay {
     pub fn is_a_bound(&self) -> bool {
         self.latest_value().is_some_and(|value| self.one_sided.is_at_end(value))
     }
+
+    /// Whether some of its values may be.
+    pub(super) fn may_be_a_bound(&self) -> bool {
+        !matches!(self.one_sided, OneSided::Never)
+    }
 }
 
 impl Residual {
+    /// Whether one of two values is certainly a bound only.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn are_bounds(
+        [slower, faster]: [&WatchedWay; 2],
+        output: &Measured,
+        known: &Measured,
+    ) -> bool {
+        slower.one_sided.is_at_end(output.value) || faster.one_sided.is_at_end(known.value)
+    }
+
     /// The value beside an output, with a middle of which no trend can be seen where one of both is a bound only.
-    #[inline]
+    #[cold]
+    #[inline(never)]
     pub(super) fn without_trend(
         &self,
-        slower: &WatchedWay,
-        faster: &WatchedWay,
+        [slower, faster]: [&WatchedWay; 2],
         output: &Measured,
         known: Measured,
     ) -> Measured {
-        if slower.one_sided.includes(output.value) || faster.one_sided.includes(known.value) {
-            return known.with_guess(output.middle() - self.trend.usual());
+        match slower.one_sided.includes(output.value) || faster.one_sided.includes(known.value) {
+            true => known.with_guess(output.middle() - self.trend.usual()),
+            false => known,
         }
-        known
     }
 }

@@ -40,6 +40,8 @@ pub struct Residual {
     pub signals: SignalSet,
     /// Whether a way is an inverse with several branches: it agrees barely also where nothing is wrong.
     pub has_branches: bool,
+    /// Whether a value of one of both ways may be a bound only.
+    pub(super) may_be_of_bounds: bool,
     /// Whether the trend goes by noise, so that outputs are compared with the line between both neighbours of the faster way: a
     /// comparison waits for the later one.
     pub(super) is_of_lines: bool,

@@ -177,7 +177,7 @@ impl Signal {
             keys.push(format!("time_error: {}", bounds(&seconds(lo), &seconds(hi))));
         }
         for (key, span) in [("delay", self.delay), ("mean_over", self.mean_over)] {
-            if span > 0.0 {
+            if span != 0.0 {
                 keys.push(format!("{key}: {}", seconds(span)));
             }
         }

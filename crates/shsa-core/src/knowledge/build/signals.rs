@@ -119,13 +119,15 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let rate_hz = draft.rate.as_ref().and_then(|text| quantity::frequency(problems, text));
     let error = draft.value_error.as_ref();
     let time_error = draft.time_error.as_ref();
-    let delay = draft.delay.as_ref().and_then(|text| quantity::span(problems, text));
+    let delay = draft.delay.as_ref().and_then(|text| quantity::signed_span(problems, text));
     let mean_over = mean_over(problems, draft, variable.map(|id| &variables.list[id]));
     let dead_band = holds(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let holds = dead_band.is_some();
+    // What is stamped at the begin of a measurement comes after its end.
+    let longest = delay.map(|delay| delay.max(Span(mean_over.unwrap_or(Span::ZERO).0 / 2) - delay));
     // Who is asked only now and then has not fallen silent between two answers.
     let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz.filter(|_| !holds));
-    let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
+    let max_delay = max_delay(problems, draft.max_delay.as_ref(), longest.zip(timeout));
     let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
     let rests_at = rests_at(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let rests_for = rests_for(problems, draft);

@@ -17,7 +17,10 @@ fn most(world: &mut World, chance: &mut Chance, change: impl Fn(&mut Signal, &mu
 }
 
 pub(super) fn delays(world: &mut World, chance: &mut Chance) {
-    most(world, chance, |signal, chance| signal.delay += between(chance, 0.1, 6.0) / signal.rate_hz);
+    most(world, chance, |signal, chance| {
+        let side = [1.0, 1.0, -1.0][chance.below(3)];
+        signal.delay += side * between(chance, 0.1, 6.0) / signal.rate_hz;
+    });
 }
 
 pub(super) fn stamps(world: &mut World, chance: &mut Chance) {
