@@ -1,6 +1,6 @@
 //! One recorded column, and what its values alone show.
 
-use super::glitches;
+use super::{dead_band, glitches};
 use crate::learning::Signal;
 use crate::order::{median, quantile, sorted};
 
@@ -76,6 +76,8 @@ pub struct Facts {
     pub is_even: bool,
     /// Whether the times do not advance.
     pub is_untimed: bool,
+    /// How far a value is from the one before when it is sent, where it is sent on change.
+    pub dead_band: Option<f64>,
 }
 
 impl Facts {
@@ -127,6 +129,7 @@ impl Facts {
             drifts: is_monotone(&steps) || leaves_first_half(points),
             is_even: is_even(points),
             is_untimed: is_untimed(points),
+            dead_band: dead_band::of(&steps),
         })
         .filter(|facts| facts.count > 1)
     }

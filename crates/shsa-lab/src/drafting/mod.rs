@@ -3,6 +3,7 @@
 //! `recordings -> columns -> facts of each -> roles (constants, what has no times, clocks, copies, running maxima, signals) -> groups of equal signals -> rates -> model file`
 
 mod glitches;
+mod dead_band;
 mod column;
 mod groups;
 mod rates;

@@ -161,12 +161,19 @@ fn signal(read: &Columns, drafted: &Drafted, group: &Group, member: &Member, var
             number(facts.stands_s)
         );
     }
+    if let Some(band) = facts.dead_band.filter(|_| facts.levels.is_none()) {
+        let band = number(band);
+        let _cannot_fail = writeln!(
+            text,
+            "  # It is sent on change: no value is nearer than about {band} to the one before."
+        );
+    }
     let tolerance = tolerance(read, group, member, facts);
     let keys = [
         format!("variable: {variable}"),
         source(about),
         unit(read, member.column).map_or(String::new(), |unit| format!("unit: {}", unit_text(&unit))),
-        if facts.period_s > 0.0 {
+        if facts.period_s > 0.0 && facts.dead_band.is_none() {
             format!("rate: {} Hz", number(1.0 / facts.period_s))
         } else {
             String::new()
@@ -177,7 +184,11 @@ fn signal(read: &Columns, drafted: &Drafted, group: &Group, member: &Member, var
         } else {
             String::new()
         },
-        if facts.levels.is_some() { "hold: true".to_owned() } else { format!("timeout: {}", timeout(facts)) },
+        match facts.dead_band {
+            _ if facts.levels.is_some() => "hold: true".to_owned(),
+            Some(band) => format!("hold: {}, timeout: {}", number(band), timeout(facts)),
+            None => format!("timeout: {}", timeout(facts)),
+        },
     ];
     let keys: Vec<String> = keys.into_iter().filter(|it| !it.is_empty()).collect();
     let noise =
