@@ -14,7 +14,8 @@ pub(super) fn decided(options: &ReadOptions, files: &[File]) -> Result<ReadOptio
     let is_plain_table =
         |file: &&File| file.row.format == Format::Csv && without_packing(&file.path) == file.path;
     let dates = || {
-        let tables = files.iter().filter(is_plain_table).filter_map(|file| open(&file.path).ok());
+        let tables =
+            files.iter().filter(is_plain_table).filter_map(|file| open(&file.path, &options.files).ok());
         tables.flat_map(|mut opened| table::dates(&mut opened.input, options)).collect::<Vec<String>>()
     };
     let date_order = options.date_order.or_else(|| table::clock::order_of_all(&dates()));

@@ -3,10 +3,10 @@
 
 use super::format::{self, HEAD, Row};
 use super::near::NearReader;
+use super::store::{self, nameless};
 use super::topic::Input;
 use super::unpack::{self, Packing};
-use super::{RecordingError, trial};
-use std::fs;
+use super::{Files, RecordingError, trial};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -22,46 +22,45 @@ pub(super) struct File {
 const PACKED_HEAD: u64 = 1 << 16;
 
 /// The content of standard input, in a file without a name: it can be read only once, and some formats must be read twice.
-static STANDARD_INPUT: OnceLock<fs::File> = OnceLock::new();
+static STANDARD_INPUT: OnceLock<store::Opened> = OnceLock::new();
 
 /// The file of a path, from its beginning; `-` is standard input.
-fn opened(path: &Path) -> io::Result<fs::File> {
+fn opened(path: &Path, files: &Files) -> io::Result<store::Opened> {
     if path != Path::new("-") {
-        return fs::File::open(path);
+        return files.open(path);
     }
     let held = match STANDARD_INPUT.get() {
         Some(held) => held,
         None => {
-            let mut file = unpack::nameless()?;
+            let mut file = nameless()?;
             io::copy(&mut io::stdin().lock(), &mut file)?;
             STANDARD_INPUT.get_or_init(|| file)
         }
     };
-    let mut again = held.try_clone()?;
-    io::Seek::rewind(&mut again)?;
-    Ok(again)
+    held.again()
 }
 
 /// The size of a file as it is stored, bytes; of what is no file, such as a pipe, the largest number.
-pub(super) fn size(path: &Path) -> u64 {
-    let about =
-        if path == Path::new("-") { opened(path).and_then(|it| it.metadata()) } else { fs::metadata(path) };
-    about.ok().filter(fs::Metadata::is_file).map_or(u64::MAX, |about| about.len())
+pub(super) fn size(path: &Path, files: &Files) -> u64 {
+    if path == Path::new("-") {
+        return opened(path, files).and_then(|it| it.size()).unwrap_or(u64::MAX);
+    }
+    files.size(path)
 }
 
 /// The files to read; for a folder its files of known endings, part 2 before part 10.
 ///
 /// # Errors
 /// When a file cannot be opened, or its format is unknown.
-pub(super) fn files_of(paths: &[PathBuf]) -> Result<Vec<File>, RecordingError> {
+pub(super) fn files_of(paths: &[PathBuf], from: &Files) -> Result<Vec<File>, RecordingError> {
     let mut files = Vec::new();
     for path in paths {
         let before = files.len();
-        let found = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
+        let found = if from.is_folder(path) { files_in(path)? } else { vec![path.clone()] };
         for file in found {
-            let row = match format_of_file(&file) {
+            let row = match format_of_file(&file, from) {
                 // Notes among recordings, without a line that is of one.
-                Err(RecordingError::NoLine { .. }) if path.is_dir() => continue,
+                Err(RecordingError::NoLine { .. }) if from.is_folder(path) => continue,
                 row => row?,
             };
             files.push(File { path: file, row });
@@ -109,10 +108,10 @@ fn counted(name: &str) -> Vec<(String, Option<u64>)> {
 ///
 /// # Errors
 /// As [`files_of`].
-pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError> {
+pub(super) fn format_of_file(file: &Path, files: &Files) -> Result<&'static Row, RecordingError> {
     let mut head = Vec::with_capacity(HEAD as usize);
     let mut read = || -> io::Result<Option<Packing>> {
-        let mut opened = opened(file)?;
+        let mut opened = opened(file, files)?;
         opened.by_ref().take(HEAD).read_to_end(&mut head)?;
         let packing = Packing::of(&head);
         if packing.is_some() {
@@ -124,7 +123,7 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
         Some(packing) => (without_packing(file), packing.head(&head, HEAD)),
         None => (file.to_owned(), head),
     };
-    settled(file, &name, &head, || open(file).map(|opened| opened.input))
+    settled(file, &name, &head, || open(file, files).map(|opened| opened.input))
 }
 
 /// The format of a file with this name, apart from a packing, and these first bytes. Where only the ending speaks for it, a line of
@@ -171,7 +170,7 @@ pub(super) fn without_packing(file: &Path) -> PathBuf {
 
 /// The content of a file.
 pub(super) struct Opened {
-    pub(super) input: NearReader<fs::File>,
+    pub(super) input: NearReader<store::Opened>,
     /// What is wrong with a compressed file of which only the beginning can be decompressed.
     pub(super) problem: Option<String>,
 }
@@ -180,9 +179,9 @@ pub(super) struct Opened {
 ///
 /// # Errors
 /// When the file cannot be opened or decompressed.
-pub(super) fn open(file: &Path) -> Result<Opened, RecordingError> {
-    let open = || -> io::Result<(fs::File, Option<String>)> {
-        let mut opened = opened(file)?;
+pub(super) fn open(file: &Path, files: &Files) -> Result<Opened, RecordingError> {
+    let open = || -> io::Result<(store::Opened, Option<String>)> {
+        let mut opened = opened(file, files)?;
         let mut head = [0; 4];
         let length = opened.read(&mut head)?;
         io::Seek::rewind(&mut opened)?;

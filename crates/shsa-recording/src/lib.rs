@@ -42,6 +42,7 @@ mod names;
 mod members;
 mod json_value;
 mod topic;
+mod store;
 mod guard;
 mod fields;
 mod extract;
@@ -51,6 +52,8 @@ mod inventory;
 mod format;
 mod rosbag;
 mod utf16;
+#[cfg(all(feature = "ruzstd", not(feature = "zstd")))]
+mod frames;
 mod unpack;
 mod ros2;
 pub mod mcap;
@@ -97,6 +100,7 @@ use inventory::Inventory;
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
 pub use stamp::TIME_NAMES;
+pub use store::{Bytes, Files};
 use stream::Surveyed;
 pub use stream::{Stream, Survey, stream, survey};
 use topic::{Fields, Input, Listener};
@@ -120,6 +124,8 @@ pub struct ReadOptions {
     pub messages: Vec<PathBuf>,
     /// Databases of CAN messages (DBC).
     pub dbc: Vec<PathBuf>,
+    /// Where recordings and databases are.
+    pub files: Files,
 }
 
 /// One value of one wanted signal.
@@ -237,7 +243,7 @@ pub fn read(
     options: &ReadOptions,
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
-    let files = files_of(paths)?;
+    let files = files_of(paths, &options.files)?;
     let empty = Gathered::new(&wants, Destination::Kept);
     let options = dates::decided(options, &files)?;
     let gathered = read_all(&files, files.len() == 1, &mut wants, &options, empty)?;
@@ -258,8 +264,8 @@ fn read_all(
         lone_table(path, wants, &mut gathered);
     }
     for File { path, row } in files {
-        gathered.begin(path, files::size(path));
-        let Opened { mut input, problem } = open(path)?;
+        gathered.begin(path, files::size(path, &options.files));
+        let Opened { mut input, problem } = open(path, &options.files)?;
         let options = &options.of_file(path);
         problem.into_iter().for_each(|problem| gathered.damaged(Place::Whole, problem));
         read_one(row, &mut input, wants, options, &mut gathered)?;
@@ -280,8 +286,8 @@ fn receptions(
 ) -> Result<Stored, RecordingError> {
     let unsorted = |reason| RecordingError::Unsorted { file: path.into(), reason };
     let mut gathered = Gathered::new(wants, Destination::Timed(Stored::new().map_err(unsorted)?));
-    gathered.begin(path, files::size(path));
-    read_one(row, &mut open(path)?.input, wants, options, &mut gathered)?;
+    gathered.begin(path, files::size(path, &options.files));
+    read_one(row, &mut open(path, &options.files)?.input, wants, options, &mut gathered)?;
     gathered.receptions().ok_or_else(|| unsorted(std::io::ErrorKind::Other.into()))
 }
 
@@ -356,11 +362,11 @@ fn read_with(
 /// # Errors
 /// As [`read`]. Memory grows with topics and fields.
 pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
-    let files = files_of(paths)?;
+    let files = files_of(paths, &options.files)?;
     let options = dates::decided(options, &files)?;
     let of_file = |File { path, row }: &File| {
         let mut inventory = Inventory::new(path);
-        let Opened { mut input, problem } = open(path)?;
+        let Opened { mut input, problem } = open(path, &options.files)?;
         problem.into_iter().for_each(|problem| inventory.damaged(Place::Whole, problem));
         read_with(row.format, &mut input, &options.of_file(path), &mut inventory)?;
         Ok(inventory.finish(row.name))

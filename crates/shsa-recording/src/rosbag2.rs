@@ -7,11 +7,10 @@
 use super::sqlite::{Cell, Database, Event};
 use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
 use super::unpack::{Budget, Packing, UNPACKED_MAX, Unpacker};
-use super::{Fields, Place, ReadOptions, RecordingError, ros2};
+use super::{Fields, Files, Place, ReadOptions, RecordingError, ros2};
 use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::{self, Read, SeekFrom};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,7 +28,7 @@ pub(super) fn read(
     let budget = Budget::of(input.seek(SeekFrom::End(0)).unwrap_or(0));
     let (definitions, topics) = (BTreeMap::new(), BTreeMap::new());
     let mut bag = Bag { types, budget, unpacker: Unpacker::default(), definitions, topics };
-    let read = log(listener)
+    let read = log(&options.files, listener)
         .and_then(|log| Database::open(input, log))
         .and_then(|mut database| bag.read(&mut database, listener));
     if let Err(failure) = read {
@@ -39,11 +38,11 @@ pub(super) fn read(
 }
 
 /// The write-ahead log beside the file; a recorder that was not shut down leaves it.
-fn log(listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
+fn log(files: &Files, listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
     let mut name = listener.file().as_os_str().to_owned();
     name.push("-wal");
     let path = PathBuf::from(name);
-    let Ok(file) = fs::File::open(&path) else { return Ok(Vec::new()) };
+    let Ok(file) = files.open(&path) else { return Ok(Vec::new()) };
     let mut bytes = Vec::new();
     file.take(LOG_MAX).read_to_end(&mut bytes)?;
     if !bytes.is_empty() {

@@ -3,12 +3,11 @@
 
 use super::batch::{Batch, is_full};
 use super::room::numbers;
-use super::unpack::nameless;
+use super::store::{Opened, nameless};
 use super::{RawValue, RecordingError, Sample};
 use shsa_core::time::Time;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::mpsc::{Receiver, SyncSender};
@@ -40,7 +39,7 @@ pub(super) fn sort(file: &Path, samples: &Receiver<Batch>, sorted: &SyncSender<B
 /// Sorted runs of samples; the newest one is in memory.
 #[derive(Default)]
 struct Runs {
-    file: Option<BufWriter<File>>,
+    file: Option<BufWriter<Opened>>,
     /// The ends of the stored runs in the file.
     ends: Vec<u64>,
     newest: Vec<Sample>,
@@ -80,12 +79,12 @@ impl Runs {
     fn merge(mut self, sorted: &SyncSender<Batch>) -> io::Result<Vec<Sample>> {
         self.newest.sort_by_key(|sample| sample.received);
         let Some(file) = self.file.take() else { return Ok(self.newest) };
-        let file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
+        let mut file = file.into_inner().map_err(io::IntoInnerError::into_error)?;
         let begins = [0].into_iter().chain(self.ends.iter().copied());
         let mut stored: Vec<Stored> = begins.zip(&self.ends).map(|(at, end)| Stored::new(at, *end)).collect();
         let mut newest = self.newest.into_iter();
         let mut next = |run: usize| match stored.get_mut(run) {
-            Some(stored) => stored.next(&file),
+            Some(stored) => stored.next(&mut file),
             None => Ok(newest.next()),
         };
         let mut heads = BinaryHeap::new();
@@ -155,7 +154,7 @@ impl Stored {
         Stored { at, end, block: Vec::new(), passed: 0 }
     }
 
-    fn next(&mut self, file: &File) -> io::Result<Option<Sample>> {
+    fn next(&mut self, file: &mut Opened) -> io::Result<Option<Sample>> {
         if self.passed == self.block.len() && self.at == self.end {
             return Ok(None);
         }
@@ -172,7 +171,7 @@ impl Stored {
     }
 
     /// Makes so many bytes available, fewer only at the end of the run.
-    fn ahead(&mut self, length: usize, mut file: &File) -> io::Result<()> {
+    fn ahead(&mut self, length: usize, file: &mut Opened) -> io::Result<()> {
         if self.rest().len() >= length {
             return Ok(());
         }
@@ -181,7 +180,7 @@ impl Stored {
         let missing = (length - self.block.len()) as u64;
         let most = (self.end - self.at).min(BLOCK.max(missing));
         file.seek(SeekFrom::Start(self.at))?;
-        self.at += file.take(most).read_to_end(&mut self.block)? as u64;
+        self.at += Read::take(file, most).read_to_end(&mut self.block)? as u64;
         Ok(())
     }
 }

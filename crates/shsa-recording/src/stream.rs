@@ -21,6 +21,9 @@ use std::{thread, vec};
 /// The most files that are read side by side.
 const MOST_FILES: usize = 32;
 
+/// Whether a file can be read while its samples are consumed.
+const HAS_THREADS: bool = !cfg!(target_family = "wasm");
+
 /// How many batches a reader may be ahead of the consumer.
 const BATCHES_AHEAD: usize = 2;
 
@@ -33,7 +36,8 @@ pub struct Survey {
     pub count: usize,
     /// The earliest and the latest reception.
     pub span: Option<(Time, Time)>,
-    /// Whether [`stream`] gives the samples as [`super::read`] does: at most 32 files are of the same time.
+    /// Whether [`stream`] gives the samples as [`super::read`] does: at most 32 files are of the same time, and there are threads,
+    /// which WebAssembly lacks.
     pub can_stream: bool,
     /// The order of the dates of all files.
     date_order: Option<DateOrder>,
@@ -63,7 +67,7 @@ struct Part {
 /// As [`super::read`]. Time grows with the files; memory does not.
 pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Result<Survey, RecordingError> {
     let mut wants = understand(wanted)?;
-    let files = files_of(paths)?;
+    let files = files_of(paths, &options.files)?;
     let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
     let options = dates::decided(options, &files)?;
     let mut gathered = read_all(&files, files.len() == 1, &mut wants, &options, gathered)?;
@@ -87,7 +91,7 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     Ok(Survey {
         count: recording.sessions.iter().map(|session| session.samples.len()).sum(),
         span: spans().map(|span| span.0).min().zip(spans().map(|span| span.1).max()),
-        can_stream: parts.iter().all(is_narrow),
+        can_stream: HAS_THREADS && parts.iter().all(is_narrow),
         recording,
         date_order: options.date_order,
         parts,
@@ -142,7 +146,7 @@ pub fn stream(
     session: usize,
 ) -> Result<Stream, RecordingError> {
     understand(wanted)?;
-    let files = files_of(paths)?;
+    let files = files_of(paths, &options.files)?;
     let is_alone = files.len() == 1;
     let reader = |(rank, part): (usize, &Part)| {
         let file = [files.get(part.file)?.clone()];

@@ -1,11 +1,11 @@
 //! Decompression: bounded in size; of truncated data the bytes before the end.
 
+#[cfg(all(feature = "ruzstd", not(feature = "zstd")))]
+use super::frames::Frames;
+use super::store::{Opened, nameless};
 use super::utf16::Utf16;
 use flate2::bufread::MultiGzDecoder;
-use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
-use std::process;
-use std::sync::atomic::{AtomicU32, Ordering};
 #[cfg(feature = "zstd")]
 use zstd::zstd_safe::DCtx;
 
@@ -111,11 +111,13 @@ impl Packing {
         }
     }
 
-    fn decoder(self, packed: File) -> io::Result<Box<dyn Read>> {
+    fn decoder(self, packed: Opened) -> io::Result<Box<dyn Read>> {
         match self {
             #[cfg(feature = "zstd")]
             Packing::Zstd => Ok(Box::new(zstd::stream::read::Decoder::new(packed)?)),
-            #[cfg(not(feature = "zstd"))]
+            #[cfg(all(feature = "ruzstd", not(feature = "zstd")))]
+            Packing::Zstd => Ok(Box::new(Frames::new(BufReader::new(packed)))),
+            #[cfg(not(any(feature = "ruzstd", feature = "zstd")))]
             Packing::Zstd => Err(io::Error::other(NO_ZSTD)),
             Packing::Gzip => Ok(Box::new(MultiGzDecoder::new(BufReader::new(packed)))),
             Packing::Utf16 { is_little } => Ok(Box::new(Utf16::new(BufReader::new(packed), is_little))),
@@ -128,8 +130,8 @@ impl Packing {
 ///
 /// # Errors
 /// Those of the files, and when the content is larger than its [`Budget`].
-pub(super) fn file(packed: File, packing: Packing) -> io::Result<(File, Option<String>)> {
-    let budget = Budget::of(packed.metadata()?.len());
+pub(super) fn file(packed: Opened, packing: Packing) -> io::Result<(Opened, Option<String>)> {
+    let budget = Budget::of(packed.size()?);
     let mut unpacked = nameless()?;
     let copied = io::copy(&mut packing.decoder(packed)?.take(budget.most + 1), &mut unpacked);
     let problem = match copied {
@@ -148,23 +150,9 @@ pub(super) fn file(packed: File, packing: Packing) -> io::Result<(File, Option<S
     Ok((unpacked, problem))
 }
 
-#[cfg(not(feature = "zstd"))]
+#[cfg(not(any(feature = "ruzstd", feature = "zstd")))]
 const NO_ZSTD: &str =
     "packed by zstd, which this program was built without: build it with the feature 'zstd'";
-
-/// A temporary file without a name.
-///
-/// # Errors
-/// When the file cannot be created.
-pub(super) fn nameless() -> io::Result<File> {
-    static COUNT: AtomicU32 = AtomicU32::new(0);
-    let name = format!("shsa-unpacked-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-    let path = std::env::temp_dir().join(name);
-    let file = File::options().read(true).write(true).create_new(true).open(&path)?;
-    // Where an open file cannot be removed, it stays until the folder is cleaned up.
-    drop(fs::remove_file(&path));
-    Ok(file)
-}
 
 /// The result of a decompression.
 pub(super) struct Unpacked {
@@ -210,7 +198,13 @@ impl Unpacker {
         unpacked
     }
 
-    #[cfg(not(feature = "zstd"))]
+    #[cfg(all(feature = "ruzstd", not(feature = "zstd")))]
+    #[allow(clippy::unused_self, reason = "the library in C keeps its state")]
+    fn zstd(&mut self, packed: &[u8], limit: u64) -> Unpacked {
+        bounded(Frames::new(packed), limit, expected(packed))
+    }
+
+    #[cfg(not(any(feature = "ruzstd", feature = "zstd")))]
     #[allow(clippy::unused_self, reason = "with zstd it has state")]
     fn zstd(&mut self, _packed: &[u8], _limit: u64) -> Unpacked {
         Unpacked::none(NO_ZSTD.into())

@@ -7,7 +7,7 @@ use shsa_core::time::Span;
 use shsa_message::moment::DateOrder;
 use shsa_message::span::parse_span;
 use shsa_message::zone::Zone;
-use shsa_recording::{ReadOptions, Recording, Wanted};
+use shsa_recording::{Files, ReadOptions, Recording, Wanted};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -66,6 +66,7 @@ impl ReadArguments {
             zones: self.time_zone.iter().filter_map(of_one).collect(),
             messages: self.messages.clone(),
             dbc: self.dbc.clone(),
+            files: Files::Disk,
         }
     }
 

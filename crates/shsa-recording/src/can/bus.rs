@@ -2,12 +2,11 @@
 //! bytes.
 
 use super::super::topic::{Body, Field, Fields, Listener, Times, Topic, TopicId, Value};
-use super::super::{Place, ReadOptions, RecordingError};
+use super::super::{Files, Place, ReadOptions, RecordingError};
 use super::dbc::{Database, EXTENDED, Message, TEXT_MAX};
 use super::signal::{Number, Signal};
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -62,7 +61,7 @@ impl Bus {
     ) -> Result<Bus, RecordingError> {
         let mut database = Database::default();
         for file in &options.dbc {
-            let text = text_of(file)?;
+            let text = text_of(file, &options.files)?;
             for (line, problem) in database.add(&text).into_iter().take(PROBLEMS_TOLD) {
                 listener.note(Place::Whole, format!("{}:{line}: {problem}", file.display()));
             }
@@ -173,9 +172,9 @@ fn is_there(signal: &Signal, message: &Message, data: &[u8], selectors: usize) -
 }
 
 /// The text of a DBC: UTF-8, else Latin-1, which most tools write.
-fn text_of(file: &Path) -> Result<String, RecordingError> {
+fn text_of(file: &Path, files: &Files) -> Result<String, RecordingError> {
     let mut bytes = Vec::new();
-    let read = File::open(file).and_then(|input| input.take(TEXT_MAX).read_to_end(&mut bytes));
+    let read = files.open(file).and_then(|input| input.take(TEXT_MAX).read_to_end(&mut bytes));
     read.map_err(|reason| RecordingError::Unreadable { file: file.into(), reason })?;
     Ok(String::from_utf8(bytes)
         .unwrap_or_else(|wrong| wrong.as_bytes().iter().copied().map(char::from).collect()))

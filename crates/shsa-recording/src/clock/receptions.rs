@@ -1,11 +1,10 @@
 //! When the samples of a file were received: of samples that are kept, or on disk, so that a file of any length is split.
 
 use crate::Sample;
-use crate::unpack::nameless;
+use crate::store::{Opened, nameless};
 use shsa_core::time::Time;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 /// The receptions of all samples of a file, in the order of the file.
@@ -82,7 +81,7 @@ const BLOCKS: usize = 4;
 
 /// Numbers with times in a file without a name.
 pub(crate) struct Stored {
-    file: RefCell<File>,
+    file: RefCell<Opened>,
     count: usize,
     /// The newest entries, which are not yet in the file.
     newest: Vec<u8>,

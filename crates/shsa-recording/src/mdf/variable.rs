@@ -4,12 +4,11 @@
 //! group of their own among all others; they count as if they stood one behind the other, without the numbers of the group.
 
 use super::super::record::array;
-use super::super::unpack::nameless;
+use super::super::store::{Opened, nameless};
 use super::block::Blocks;
 use super::walk::Met;
 use super::{DataGroup, data};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 /// The most bytes that are kept in memory; further ones go to a temporary file.
@@ -26,7 +25,7 @@ const VALUE_MAX: u32 = 1 << 23;
 pub(super) struct Values {
     /// The last bytes, behind those in the file.
     kept: Vec<u8>,
-    file: Option<File>,
+    file: Option<Opened>,
     /// How many bytes are in the file.
     stored: u64,
     /// Bytes of the file, and their place.

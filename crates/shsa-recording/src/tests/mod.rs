@@ -21,6 +21,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
@@ -69,12 +70,30 @@ fn wanted(sources: &[&str]) -> Vec<Wanted> {
     sources.iter().map(|source| Wanted::new(*source, *source)).collect()
 }
 
+/// Checks that the files of a folder are read as bytes that the caller gives as they are on the disk.
+#[track_caller]
+fn compare_with_given(
+    result: &Result<Recording, RecordingError>,
+    folder: &Path,
+    wanted: &[Wanted],
+    options: &ReadOptions,
+) {
+    let Ok(found) = files::files_of(&[folder.into()], &Files::Disk) else { return };
+    let own = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let bytes = |path: PathBuf| (path.clone(), Arc::new(fs::read(path).unwrap()) as Arc<dyn Bytes>);
+    let files = Files::given(own.chain(options.dbc.iter().cloned()).map(bytes));
+    let paths: Vec<PathBuf> = found.into_iter().map(|file| file.path).collect();
+    let given = read(&paths, wanted, &ReadOptions { files, ..options.clone() });
+    assert_eq!(format!("{given:?}"), format!("{result:?}"));
+}
+
 /// Reads these files as one folder, and shows samples, warnings, and whether a part is lost.
 fn shown(files: &[(&str, &[u8])], sources: &[&str], options: &ReadOptions) -> String {
     let folder = Folder::with(files);
     let paths = std::slice::from_ref(&folder.0);
     let result = read(paths, &wanted(sources), options);
     compare_with_stream(&result, paths, &wanted(sources), options);
+    compare_with_given(&result, &folder.0, &wanted(sources), options);
     let text = match result {
         Ok(recording) => show(&recording),
         Err(error) => format!("error: {error}"),
@@ -215,7 +234,7 @@ fn formats_are_known_by_content_then_by_extension() {
     #[track_caller]
     fn check(name: &str, bytes: &[u8], expected: &str) {
         let folder = Folder::with(&[(name, bytes)]);
-        let said = match files::format_of_file(&folder.0.join(name)) {
+        let said = match files::format_of_file(&folder.0.join(name), &Files::Disk) {
             Ok(row) => format!("{:?}", row.format),
             Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
             Err(RecordingError::Convert { what, .. }) => what.into(),

@@ -114,7 +114,7 @@ fn damaged(family: &str, sources: &[&str]) {
 
 /// Does the same with one file, or with all files of a folder.
 fn damaged_at(path: PathBuf, sources: &[&str]) {
-    let files = files::files_of(&[path]).unwrap();
+    let files = files::files_of(&[path], &Files::Disk).unwrap();
     for File { path, .. } in files.iter().filter(|file| file.path.extension().is_some_and(|it| it != "json"))
     {
         let read = |bytes: &[u8]| read_bytes(path, bytes, &wanted(sources), &ReadOptions::default());
