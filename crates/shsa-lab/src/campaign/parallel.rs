@@ -37,7 +37,7 @@ pub(crate) fn on_all_cores<T: Send>(
     let threads = threads.map_or_else(cores, NonZeroUsize::get).min(count);
     progress.begin(count, of_what);
     let next = AtomicUsize::new(0);
-    let work = || {
+    let work = |_| {
         let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
@@ -48,19 +48,27 @@ pub(crate) fn on_all_cores<T: Send>(
             progress.step();
         }
     };
-    let mut done = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        // All are joined before the first failure is told: the scope panics for one that nobody has joined.
-        let joined: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
-        let mut done = Vec::new();
-        for worker in joined {
-            done.extend(worker.map_err(|_| LabError::BrokeOff)?);
-        }
-        Ok::<_, LabError>(done)
-    })?;
+    let mut done = Vec::new();
+    for worker in side_by_side(threads, work) {
+        done.extend(worker.ok_or(LabError::BrokeOff)?);
+    }
     progress.end();
     done.sort_unstable_by_key(|(number, _)| *number);
     Ok(done.into_iter().map(|(_, result)| result).collect())
+}
+
+/// The results of `work` for each number below a count, each in a thread of its own; `None` where it panicked. Without threads, as in
+/// WebAssembly, one after the other.
+pub(crate) fn side_by_side<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<Option<T>> {
+    if cfg!(target_family = "wasm") {
+        return (0..count).map(|number| Some(work(number))).collect();
+    }
+    std::thread::scope(|scope| {
+        let work = &work;
+        let workers: Vec<_> = (0..count).map(|number| scope.spawn(move || work(number))).collect();
+        // All are joined before the first failure is told: the scope panics for one that nobody has joined.
+        workers.into_iter().map(|worker| worker.join().ok()).collect()
+    })
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::surrogate::Source;
 use super::{Fit, Problem};
 use crate::calibration::chance::Chance;
+use crate::campaign::parallel::side_by_side;
 use shsa_core::engine::{self, Engine, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, KnowledgeBase};
 use shsa_core::observation::Observation;
@@ -268,17 +269,8 @@ impl<'a, 'b> Trials<'a, 'b> {
             let all: Vec<Verdicts> = if threads == 1 {
                 vec![self.one(&knowledge, done, series)]
             } else {
-                std::thread::scope(|scope| {
-                    let spawned: Vec<_> = (0..threads)
-                        .map(|at| {
-                            scope.spawn({
-                                let knowledge = &knowledge;
-                                move || self.one(knowledge, done + at, series)
-                            })
-                        })
-                        .collect();
-                    spawned.into_iter().filter_map(|it| it.join().ok()).collect()
-                })
+                let one = |at: usize| self.one(&knowledge, done + at, series);
+                side_by_side(threads, one).into_iter().flatten().collect()
             };
             done += threads;
             alarms += all.iter().map(|it| it.alarms).sum::<usize>();

@@ -5,6 +5,7 @@ use super::edit::Trial;
 use super::parts::number;
 use super::{Fit, Parameter, Problem};
 use crate::calibration::session::Session;
+use crate::campaign::parallel::side_by_side;
 use shsa_core::engine::{self, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
@@ -45,16 +46,9 @@ pub(super) fn smallest_steps(
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
     let mut found = IdVec::filled(signals.len(), |_: SignalId| None);
     for chunk in signals.chunks(options.threads.max(1)) {
-        let detected: Vec<Option<f64>> = std::thread::scope(|scope| {
-            let one = |signal: SignalId| {
-                scope.spawn({
-                    let (tried, first) = (&tried, &first);
-                    move || tried.smallest(signal, first[signal])
-                })
-            };
-            let spawned: Vec<_> = chunk.iter().map(|it| one(*it)).collect();
-            spawned.into_iter().map(|it| it.join().ok().flatten()).collect()
-        });
+        let smallest = |at: usize| tried.smallest(chunk[at], first[chunk[at]]);
+        let detected: Vec<Option<f64>> =
+            side_by_side(chunk.len(), smallest).into_iter().map(Option::flatten).collect();
         chunk.iter().zip(detected).for_each(|(signal, it)| found[*signal] = it);
         (options.progress)();
     }
