@@ -29,6 +29,8 @@ pub mod substitution;
 pub mod shortfall;
 mod bands;
 pub mod analysis;
+pub mod check;
+pub mod info;
 pub mod explanation;
 pub mod replay;
 pub mod mcap;

@@ -2,14 +2,10 @@
 
 use crate::outcome::Outcome;
 use crate::show;
-use serde_json::json;
-use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, Severity};
 use shsa_format::text::counted;
-use shsa_model::{Located, Report};
-use shsa_report::Paint;
-use shsa_report::analysis::{shortened, unconfirmed, unwatched};
-use shsa_report::shortfall::unmet;
+use shsa_model::Report;
+use shsa_report::{Paint, check};
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -61,25 +57,11 @@ pub(crate) struct Arguments {
 /// Checks a model; a model with errors is bad input.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut loaded = show::load_file(&arguments.model);
+    check::complete(&mut loaded, &arguments.model.display().to_string());
     let knowledge = &loaded.knowledge;
-    if loaded.report.ok() {
-        let mut warnings = unwatched(knowledge, WatchBudget::default());
-        warnings.extend(shortened(unmet(knowledge)));
-        let notes = unconfirmed(knowledge, WatchBudget::default());
-        let file = arguments.model.display().to_string();
-        loaded.report.diagnostics.extend(warnings.into_iter().map(|errors| Located::warning(&file, errors)));
-        loaded.report.diagnostics.extend(notes.into_iter().map(|note| Located::note(&file, note)));
-    }
     let mut output = stdout().lock();
     if arguments.json {
-        let answer = json!({
-            "ok": loaded.report.ok(),
-            "variables": knowledge.variables().len(),
-            "relations": knowledge.relations().len(),
-            "signals": knowledge.signals().len(),
-            "needs": knowledge.needs().len(),
-            "diagnostics": loaded.report.diagnostics,
-        });
+        let answer = check::json(&loaded);
         writeln!(output, "{answer}")?;
     } else {
         let report = loaded.report.render(show::colour(stdout().is_terminal()));

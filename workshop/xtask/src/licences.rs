@@ -8,8 +8,8 @@ use spdx::{Expression, Licensee, ParseMode};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
-/// The crates of which something is shipped: the command, the library for C, the package for Python.
-const SHIPPED: [&str; 3] = ["shsa", "shsa-c", "shsa-python"];
+/// The crates of which something is shipped: the command, the library for C, the packages for Python and for npm.
+const SHIPPED: [&str; 4] = ["shsa", "shsa-c", "shsa-python", "shsa-wasm"];
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
 const LIBRARIES: [&str; 13] = [

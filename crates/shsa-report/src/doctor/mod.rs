@@ -3,6 +3,7 @@
 mod words;
 mod text;
 mod json;
+mod charts;
 mod page;
 
 use serde_json::Value;
@@ -55,6 +56,18 @@ impl Report<'_> {
     #[must_use]
     pub fn page(&self, title: &str) -> String {
         page::page(self, title)
+    }
+
+    /// What a page draws of the findings, the largest first: words, and values around each stretch, in seconds of its session.
+    #[must_use]
+    pub fn charts(&self) -> Value {
+        charts::json(self)
+    }
+
+    /// The values of all columns, thinned to the lowest and the highest of so many stretches of time.
+    #[must_use]
+    pub fn columns(&self, stretches: usize) -> Value {
+        charts::columns(self.columns, stretches)
     }
 
     fn name(&self, column: usize) -> &str {

@@ -12,13 +12,15 @@ mod bands;
 mod cases;
 mod over_time;
 mod page;
+mod played;
 
 pub use errors::NeedErrors;
 pub use over_time::CasesOverTime;
 pub use page::Provenance;
 pub use picture::Recorder;
+pub use played::Played;
 pub use table::{ReplayTable, ValueTable, write_event_table};
-pub use values::ValueWriter;
+pub use values::{ValueWriter, value_json};
 
 use crate::analysis::{shortened, unwatched};
 use crate::{ReportError, Source};

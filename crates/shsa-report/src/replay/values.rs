@@ -74,7 +74,9 @@ impl<W: Write> ValueWriter<W> {
     }
 }
 
-fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
+/// A value as one JSON object.
+#[must_use]
+pub fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
     let need = &knowledge.needs()[publication.need];
     let unit = &knowledge.variables()[need.variable].unit;
     let shown = |value: f64| unit.as_ref().map_or(value, |unit| unit.from_si(value));

@@ -2,7 +2,6 @@
 //!
 //! `files -> inventory of each -> text, JSON, or the signals of a model`
 
-mod json;
 mod signals;
 mod text;
 
@@ -45,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let files = shsa_recording::inventory(&arguments.recordings, &arguments.reading.options())?;
     let output = match (arguments.json, arguments.signals) {
-        (true, _) => json::shown(&files),
+        (true, _) => shsa_report::info::json(&files).to_string(),
         (_, true) => signals::drafted(&files),
         _ => text::shown(&files),
     };

@@ -6,7 +6,7 @@ use crate::workspace::{File, Package};
 /// {model, recording} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 22] = [
+const ARROWS: [(&str, &[&str]); 24] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -38,6 +38,21 @@ const ARROWS: [(&str, &[&str]); 22] = [
     ),
     ("shsa-c", &["shsa-core", "shsa-estimate", "shsa-model", "shsa-format"]),
     ("shsa-web", &[]),
+    (
+        "shsa-wasm",
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-message",
+            "shsa-model",
+            "shsa-recording",
+            "shsa-format",
+            "shsa-drawing",
+            "shsa-lab",
+            "shsa-report",
+        ],
+    ),
+    ("shsa-wasm-glue", &[]),
     (
         "shsa-demo",
         &["shsa-core", "shsa-estimate", "shsa-message", "shsa-model", "shsa-format", "shsa-bridge"],

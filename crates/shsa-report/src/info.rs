@@ -1,9 +1,11 @@
-//! The contents of recordings as one JSON object.
+//! The contents of recordings, which `shsa_recording::inventory` lists, as one JSON object.
 
 use serde_json::{Value, json};
 use shsa_recording::{FileInfo, TopicInfo};
 
-pub(super) fn shown(files: &[FileInfo]) -> String {
+/// The contents of files; `docs/json.md` lists the fields.
+#[must_use]
+pub fn json(files: &[FileInfo]) -> Value {
     let of_file = |file: &FileInfo| {
         json!({
             "file": file.file.display().to_string(),
@@ -16,7 +18,7 @@ pub(super) fn shown(files: &[FileInfo]) -> String {
     let topics = files.iter().flat_map(|file| &file.topics);
     let counted = topics.map(|it| json!({ "topic": it.name, "source": it.source, "messages": it.count }));
     let topics: Vec<Value> = counted.collect();
-    json!({ "files": files.iter().map(of_file).collect::<Vec<_>>(), "topics": topics }).to_string()
+    json!({ "files": files.iter().map(of_file).collect::<Vec<_>>(), "topics": topics })
 }
 
 fn of_topic(topic: &TopicInfo) -> Value {
