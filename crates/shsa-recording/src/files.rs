@@ -56,7 +56,7 @@ pub(super) fn files_of(paths: &[PathBuf], from: &Files) -> Result<Vec<File>, Rec
     let mut files = Vec::new();
     for path in paths {
         let before = files.len();
-        let found = if from.is_folder(path) { files_in(path)? } else { vec![path.clone()] };
+        let found = if from.is_folder(path) { files_in(path, from)? } else { vec![path.clone()] };
         for file in found {
             let row = match format_of_file(&file, from) {
                 // Notes among recordings, without a line that is of one.
@@ -72,12 +72,10 @@ pub(super) fn files_of(paths: &[PathBuf], from: &Files) -> Result<Vec<File>, Rec
     Ok(files)
 }
 
-fn files_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
-    let entries = folder.read_dir().and_then(Iterator::collect::<io::Result<Vec<_>>>);
-    let entries = entries.map_err(|reason| unreadable(folder, reason))?;
-    let paths = entries.into_iter().map(|entry| entry.path());
-    let is_known = |path: &PathBuf| path.is_file() && format::by_ending(&without_packing(path)).is_some();
-    let mut files: Vec<_> = paths.filter(is_known).collect();
+fn files_in(folder: &Path, from: &Files) -> Result<Vec<PathBuf>, RecordingError> {
+    let paths = from.within(folder).map_err(|reason| unreadable(folder, reason))?;
+    let is_known = |path: &PathBuf| format::by_ending(&without_packing(path)).is_some();
+    let mut files: Vec<_> = paths.into_iter().filter(is_known).collect();
     files.sort_by_key(|path| counted(&path.to_string_lossy()));
     if files.is_empty() {
         return Err(RecordingError::EmptyFolder { folder: folder.into() });

@@ -67,7 +67,26 @@ impl Files {
 
     /// Whether a path is that of a folder.
     pub(crate) fn is_folder(&self, path: &Path) -> bool {
-        matches!(self, Files::Disk) && path.is_dir()
+        match self {
+            Files::Disk => path.is_dir(),
+            Files::Given(files) => files.keys().any(|file| file.parent() == Some(path)),
+        }
+    }
+
+    /// The files in a folder, without those of its folders.
+    ///
+    /// # Errors
+    /// When the folder cannot be read.
+    pub(crate) fn within(&self, folder: &Path) -> io::Result<Vec<PathBuf>> {
+        match self {
+            Files::Disk => {
+                let entries = folder.read_dir()?.collect::<io::Result<Vec<_>>>()?;
+                Ok(entries.into_iter().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
+            }
+            Files::Given(files) => {
+                Ok(files.keys().filter(|file| file.parent() == Some(folder)).cloned().collect())
+            }
+        }
     }
 
     /// The size of a file, bytes; of what is no file, such as a pipe, the largest number.

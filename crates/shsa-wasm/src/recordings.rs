@@ -98,15 +98,7 @@ impl Recordings {
     }
 
     fn add_file(&mut self, name: &str, bytes: Arc<dyn Bytes>) {
-        let path = PathBuf::from(name);
-        let is_database = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dbc"));
-        // The newest pages of a database of SQLite belong to the file beside them.
-        if is_database {
-            self.databases.push(path.clone());
-        } else if !name.ends_with("-wal") {
-            self.paths.push(path.clone());
-        }
-        self.files.push((path, bytes));
+        self.files.push((PathBuf::from(name), bytes));
     }
 }
 
@@ -128,7 +120,14 @@ impl Recordings {
         Ok(Recordings { by: reading.by, options: read, ..Recordings::default() })
     }
 
-    /// Adds a file with its bytes. A name that ends in `.dbc` is a database of CAN messages.
+    /// Reads an added file, or the added files of a folder. A name that ends in `.dbc` is a database of CAN messages.
+    pub fn open(&mut self, path: &str) {
+        let path = PathBuf::from(path);
+        let is_database = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("dbc"));
+        if is_database { self.databases.push(path) } else { self.paths.push(path) }
+    }
+
+    /// Adds a file with its bytes.
     pub fn add(&mut self, name: &str, bytes: Vec<u8>) {
         self.add_file(name, Arc::new(bytes));
     }
@@ -183,6 +182,7 @@ mod tests {
     fn bytes_are_read_by_their_name() {
         let mut recordings = Recordings::new("{}").unwrap_or_default();
         recordings.add("log.csv", b"t [s],speed [m/s]\n0,1\n1,2\n".to_vec());
+        recordings.open("log.csv");
         let info: serde_json::Value = serde_json::from_str(&recordings.info().unwrap()).unwrap();
         assert_eq!(info["files"][0]["file"], "log.csv");
         assert_eq!(info["topics"][0]["messages"], 2);

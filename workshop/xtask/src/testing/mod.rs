@@ -4,7 +4,7 @@ mod build;
 mod stalls;
 mod total;
 
-use crate::needs;
+use crate::{needs, wasm};
 use anyhow::{Result, anyhow, bail};
 use build::{Built, Program};
 use stalls::Stalls;
@@ -175,7 +175,8 @@ pub(crate) fn run() -> Result<()> {
         // The last programs mostly wait, which leaves time for these.
         let benches = build::benches();
         let examples = build::examples(|line| shared.change(|queue| queue.total.add(line)));
-        Ok([built, benches, examples])
+        let packages = wasm::test(|line| shared.change(|queue| queue.total.add(line)));
+        Ok([built, benches, examples, packages])
     })?;
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -1,0 +1,154 @@
+//! Builds the npm package `@shsa/engine` and the studio around it, and tests both.
+
+mod packed;
+
+use crate::command;
+use anyhow::{Context, Result, ensure};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+/// Where everything is built.
+pub(crate) const FOLDER: &str = "target/wasm";
+const TARGET: &str = "wasm32-unknown-unknown";
+/// Makes a file of WebAssembly a third smaller; the package of npm has the program for this machine.
+const OPTIMISER: &str = "target/npm/binaryen/node_modules/binaryen/bin/wasm-opt";
+const INSTALL_OPTIMISER: &str = "mkdir -p target/npm/binaryen && cd target/npm/binaryen && npm install --silent --no-save --no-audit --no-fund binaryen@132.0.0";
+
+/// Builds the package as it is published, and the studio.
+///
+/// # Errors
+/// When the target cannot be installed, or something does not build.
+pub(crate) fn build() -> Result<()> {
+    ensure!(has_target(), "the target {TARGET} cannot be installed by rustup");
+    compile("wasm")?;
+    optimise()?;
+    packed::pack()?;
+    packed::studio()?;
+    packed::sizes()
+}
+
+/// Builds the package without optimising it, and tests it and the studio; passes on closing lines as those of Rust's tests. What
+/// cannot be had is named, and skipped.
+///
+/// # Errors
+/// When something does not build, or a test fails.
+pub(crate) fn test(mut add: impl FnMut(&str)) -> Result<()> {
+    for (name, is_there) in [(TARGET, has_target()), ("Node.js", command::succeeds(&["node", "--version"]))] {
+        if !is_there {
+            println!("SKIPPED: the npm package and the studio: {name} cannot be had");
+            add("test result: ok. 0 passed; 0 failed; 2 ignored");
+            return Ok(());
+        }
+    }
+    compile("wasm-test")?;
+    packed::pack()?;
+    packed::studio()?;
+    packed::install()?;
+    let root = std::env::current_dir().context("the folder of the workspace")?;
+    let installed = root.join(FOLDER).join("test");
+    let package = installed.join("node_modules/@shsa/engine");
+    let mut line = Command::new("node");
+    line.args(["--test", "--test-reporter=tap"])
+        .arg(installed.join("package.test.js"))
+        .current_dir(&installed);
+    line.env("SHSA_ROOT", &root).env("SHSA_PACKAGE", package);
+    let program = root.join("target/debug/shsa");
+    if program.is_file() {
+        line.env("SHSA_COMMAND", program);
+    }
+    let output = line.output().context("starting node")?;
+    let printed = String::from_utf8_lossy(&output.stdout);
+    println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
+    add(&closing(&printed));
+    ensure!(output.status.success(), "the tests of @shsa/engine failed");
+    studio(&mut add)
+}
+
+/// Looks at the studio in Chromium.
+fn studio(add: &mut impl FnMut(&str)) -> Result<()> {
+    let python = "target/python/bin/python";
+    if !command::succeeds(&["chromium", "--version"])
+        || !command::succeeds(&[python, "-c", "import playwright"])
+    {
+        println!("SKIPPED: the studio: no Chromium to look at it with");
+        add("test result: ok. 0 passed; 0 failed; 1 ignored");
+        return Ok(());
+    }
+    command::run(&[python, "packages/studio/test/studio.py", FOLDER])?;
+    add("test result: ok. 1 passed; 0 failed; 0 ignored");
+    Ok(())
+}
+
+/// The closing line of Rust's tests for a report of Node's in the form of TAP.
+fn closing(report: &str) -> String {
+    let count = |what: &str| {
+        let line = report.lines().find_map(|line| line.strip_prefix(&format!("# {what} ")));
+        line.and_then(|count| count.trim().parse::<u64>().ok()).unwrap_or(0)
+    };
+    format!(
+        "test result: ok. {} passed; {} failed; {} ignored",
+        count("pass"),
+        count("fail"),
+        count("skipped")
+    )
+}
+
+/// Whether the target is there, after an attempt to install it.
+fn has_target() -> bool {
+    let installed = || command::output(&["rustup", "target", "list", "--installed"]);
+    let has = || installed().is_ok_and(|list| list.lines().any(|line| line == TARGET));
+    has() || (command::succeeds(&["rustup", "target", "add", TARGET]) && has())
+}
+
+/// Compiles the engine, and makes its modules.
+fn compile(profile: &str) -> Result<()> {
+    command::run(&[
+        "cargo",
+        "build",
+        "--locked",
+        "--package",
+        "shsa-wasm",
+        "--target",
+        TARGET,
+        "--profile",
+        profile,
+    ])?;
+    command::run(&["cargo", "build", "--locked", "--package", "shsa-wasm-glue"])?;
+    let file = format!("target/{TARGET}/{profile}/shsa_wasm.wasm");
+    command::run(&["target/debug/wasm-glue", &file, &format!("{FOLDER}/glue")])
+}
+
+/// Makes the file smaller, where the optimiser can be had.
+fn optimise() -> Result<()> {
+    if !Path::new(OPTIMISER).exists() && !command::succeeds(&["sh", "-c", INSTALL_OPTIMISER]) {
+        println!("not done: the file is not made smaller, as binaryen cannot be installed by npm");
+        return Ok(());
+    }
+    let file = format!("{FOLDER}/glue/shsa_bg.wasm");
+    let smaller = format!("{FOLDER}/smaller.wasm");
+    let features = [
+        "bulk-memory",
+        "nontrapping-float-to-int",
+        "sign-ext",
+        "mutable-globals",
+        "reference-types",
+        "multivalue",
+    ];
+    let features: Vec<String> = features.iter().map(|feature| format!("--enable-{feature}")).collect();
+    let mut line = vec![OPTIMISER, "-Os", "--strip-debug", "--strip-producers", &file, "-o", &smaller];
+    line.extend(features.iter().map(String::as_str));
+    command::run(&line)?;
+    fs::rename(&smaller, &file).with_context(|| format!("replacing {file}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_of_node_is_counted() {
+        let report = "TAP version 13\n# tests 9\n# suites 0\n# pass 7\n# fail 1\n# cancelled 0\n# skipped 1\n# todo 0\n";
+        assert_eq!(closing(report), "test result: ok. 7 passed; 1 failed; 1 ignored");
+    }
+}

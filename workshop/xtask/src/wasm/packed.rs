@@ -1,0 +1,108 @@
+//! The files of the npm package and of the studio, put together.
+
+use super::FOLDER;
+use crate::command;
+use anyhow::{Context, Result, ensure};
+use std::fs;
+use std::path::Path;
+
+/// The files of the engine that both have.
+const GLUE: [&str; 2] = ["shsa.js", "shsa_bg.wasm"];
+/// The package as a file.
+const TARBALL: &str = "shsa-engine-0.1.0.tgz";
+
+/// Packs the package as npm publishes it.
+///
+/// # Errors
+/// When a file cannot be copied, or npm fails.
+pub(super) fn pack() -> Result<()> {
+    let package = format!("{FOLDER}/engine");
+    fresh(&package)?;
+    copy_all("packages/engine", &package)?;
+    glue(&package)?;
+    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        copy(licence, &format!("{package}/{licence}"))?;
+    }
+    command::run(&["sh", "-c", &format!("cd {package} && npm pack --silent --pack-destination ..")])
+}
+
+/// Installs the packed package where its tests run.
+///
+/// # Errors
+/// When npm fails.
+pub(super) fn install() -> Result<()> {
+    let folder = format!("{FOLDER}/test");
+    fresh(&folder)?;
+    copy("packages/engine/test/package.test.js", &format!("{folder}/package.test.js"))?;
+    let manifest = format!("{folder}/package.json");
+    fs::write(&manifest, "{ \"private\": true, \"type\": \"module\" }\n")
+        .with_context(|| manifest.clone())?;
+    let install = format!("cd {folder} && npm install --silent --no-audit --no-fund --offline ../{TARBALL}");
+    command::run(&["sh", "-c", &install])
+}
+
+/// Puts the studio together: its own files, the style of the live page, the engine and the example.
+///
+/// # Errors
+/// When a file cannot be copied.
+pub(super) fn studio() -> Result<()> {
+    let studio = format!("{FOLDER}/studio");
+    fresh(&studio)?;
+    copy_all("packages/studio/page", &studio)?;
+    let engine = format!("{studio}/engine");
+    for file in ["api.js", "browser.js", "engine.js"] {
+        copy(&format!("packages/engine/{file}"), &format!("{engine}/{file}"))?;
+    }
+    glue(&engine)?;
+    for file in ["page.css", "icon.svg"] {
+        copy(&format!("crates/shsa-web/assets/{file}"), &format!("{studio}/{file}"))?;
+    }
+    for file in ["gnss.csv", "radar.csv", "wheel.csv"] {
+        copy(&format!("examples/monday/{file}"), &format!("{studio}/examples/car/{file}"))?;
+    }
+    copy("examples/car.yaml", &format!("{studio}/examples/car/car.yaml"))
+}
+
+/// Prints how large the engine is, as it is and as servers pack it.
+///
+/// # Errors
+/// When the file cannot be read, or node is missing.
+pub(super) fn sizes() -> Result<()> {
+    let script = "const bytes = require('fs').readFileSync(process.argv[1]); \
+        console.log(`${bytes.length} bytes, by brotli ${require('zlib').brotliCompressSync(bytes).length}`)";
+    command::run(&["node", "-e", script, &format!("{FOLDER}/engine/wasm/shsa_bg.wasm")])?;
+    println!("the package is {FOLDER}/{TARBALL}; the studio is in {FOLDER}/studio");
+    Ok(())
+}
+
+/// The modules of the engine and its code.
+fn glue(folder: &str) -> Result<()> {
+    GLUE.iter().try_for_each(|file| copy(&format!("{FOLDER}/glue/{file}"), &format!("{folder}/wasm/{file}")))
+}
+
+/// An empty folder.
+fn fresh(folder: &str) -> Result<()> {
+    if Path::new(folder).exists() {
+        fs::remove_dir_all(folder).with_context(|| format!("emptying {folder}"))?;
+    }
+    fs::create_dir_all(folder).with_context(|| format!("making {folder}"))
+}
+
+fn copy(from: &str, to: &str) -> Result<()> {
+    let folder = Path::new(to).parent().context("a folder")?;
+    fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;
+    fs::copy(from, to).with_context(|| format!("copying {from} to {to}"))?;
+    Ok(())
+}
+
+/// Copies a folder with what is in it.
+fn copy_all(from: &str, to: &str) -> Result<()> {
+    ensure!(Path::new(from).is_dir(), "{from} is missing");
+    for entry in fs::read_dir(from).with_context(|| format!("reading {from}"))? {
+        let entry = entry.with_context(|| format!("reading {from}"))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let (from, to) = (format!("{from}/{name}"), format!("{to}/{name}"));
+        if entry.path().is_dir() { copy_all(&from, &to)? } else { copy(&from, &to)? }
+    }
+    Ok(())
+}
