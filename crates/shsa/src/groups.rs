@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 
 /// The commands of the first page. The others are named below it.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("Start", &["demo", "doctor", "draft", "check", "analyze"]),
+    ("Start", &["demo", "doctor", "studio", "draft", "check", "analyze"]),
     ("Recordings", &["info", "replay", "explain", "calibrate", "learn", "campaign"]),
     ("Live", &["run", "top", "scan", "journal", "service"]),
     ("Models", &["model", "test", "plan", "assure"]),

@@ -35,6 +35,7 @@ mod scan;
 mod service;
 mod service_manager;
 mod show;
+mod studio;
 mod test;
 mod top;
 mod watch;
@@ -65,6 +66,8 @@ enum Command {
     Demo(demo::DemoArgs),
     /// Find what is wrong in a recording, without a model.
     Doctor(doctor::Arguments),
+    /// Serve a page for the browser on which one drops a recording.
+    Studio(studio::Arguments),
     /// Draft a model from recordings or from a bus.
     Draft(draft::Arguments),
     /// Check a model, and report every problem with its place.
@@ -129,6 +132,7 @@ fn main() -> ExitCode {
         Command::Demo(arguments) if arguments.is_live() => run::run(&run::Arguments::of_the_robot()),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Studio(arguments) => studio::run(&arguments),
         Command::Draft(arguments) => draft::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
         Command::Analyze(arguments) => analyze::run(&arguments),

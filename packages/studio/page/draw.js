@@ -1,7 +1,7 @@
 // Drawings: a signal as a sparkline, and a finding with its stretch.
 import { drawn, element, shown } from './dom.js';
 
-const WIDTH = 960;
+const WIDEST = 1600;
 const HEIGHT = 240;
 const LEFT = 72;
 const BOTTOM = 28;
@@ -29,17 +29,18 @@ export function sparkline({ range, signal }, from, to) {
     drawn('path', { d: pieces.map(outline).join('') }));
 }
 
-/** Round numbers between two, some five of them. */
-function ticks(low, high) {
-  const rough = (high - low) / 5;
+/** Round numbers between two, about so many of them. */
+function ticks(low, high, count) {
+  const rough = (high - low) / count;
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * (TICKS.find((it) => it * power >= rough) ?? 10);
   const first = Math.ceil(low / step);
   return Array.from({ length: Math.max(0, Math.floor(high / step) - first + 1) }, (_, at) => (first + at) * step);
 }
 
-/** The stretch of a finding: what the signal says, and what the others say of it. */
-export function stretch(finding) {
+/** The stretch of a finding in this width, px: what the signal says, and what the others say of it. */
+export function stretch(finding, room) {
+  const width = Math.max(240, Math.min(room, WIDEST));
   const { own, expected, stretches, unit, of } = finding;
   const all = [...own, ...expected];
   if (own.length === 0) return null;
@@ -47,20 +48,20 @@ export function stretch(finding) {
   const [from, to] = [Math.min(...times), Math.max(...times)];
   const margin = 0.05 * (Math.max(...values) - Math.min(...values)) || 1;
   const [low, high] = [Math.min(...values) - margin, Math.max(...values) + margin];
-  const x = (time) => LEFT + ((WIDTH - LEFT) * (time - from)) / Math.max(to - from, 1e-9);
+  const x = (time) => LEFT + ((width - LEFT) * (time - from)) / Math.max(to - from, 1e-9);
   const y = (value) => (HEIGHT - BOTTOM) * (1 - (value - low) / (high - low));
   const line = (points, name) => drawn('polyline', { class: name, points: points.map(([time, value]) => `${x(time).toFixed(1)},${y(value).toFixed(1)}`).join(' ') });
-  const rows = ticks(low, high).flatMap((value) => [
-    drawn('path', { class: 'grid', d: `M${LEFT} ${y(value)}H${WIDTH}` }),
+  const rows = ticks(low, high, 5).flatMap((value) => [
+    drawn('path', { class: 'grid', d: `M${LEFT} ${y(value)}H${width}` }),
     drawn('text', { class: 'tick end', x: LEFT - 8, y: y(value) + 5 }, shown(value))]);
-  const columns = ticks(from, to).filter((time) => x(time) < WIDTH - 24).map((time) => drawn('text', { class: 'tick middle', x: x(time), y: HEIGHT - 6 }, `${shown(time)} s`));
+  const columns = ticks(from, to, Math.max(3, width / 160)).filter((time) => x(time) < width - 24).map((time) => drawn('text', { class: 'tick middle', x: x(time), y: HEIGHT - 6 }, `${shown(time)} s`));
   const marks = stretches.map(([begin, end]) => {
-    const [left, right] = [Math.max(x(begin), LEFT), Math.min(x(end), WIDTH)];
+    const [left, right] = [Math.max(x(begin), LEFT), Math.min(x(end), width)];
     return right <= left ? null : drawn('rect', { class: 'stretch', x: left, y: 0, width: Math.max(right - left, 2), height: HEIGHT - BOTTOM });
   });
   const label = `${of} beside what the others say of it${unit ? `, in ${unit}` : ''}: ${finding.headline}, ${finding.when}`;
   return element('figure', { class: 'figure' },
-    drawn('svg', { class: 'drawn', viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: 'img', 'aria-label': label },
+    drawn('svg', { class: 'drawn', viewBox: `0 0 ${width} ${HEIGHT}`, role: 'img', 'aria-label': label },
       ...marks, ...rows, ...columns, expected.length > 0 ? line(expected, 'others') : null, line(own, 'blame')),
     element('figcaption', { class: 'legend soft' },
       element('span', {}, unit ? `${of}, ${unit}` : of),

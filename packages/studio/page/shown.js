@@ -7,10 +7,12 @@ export function showFindings({ charts, report }) {
   const checked = new Set(report.relations.flatMap((it) => it.signals)).size;
   const by = `${checked} of ${counted(report.signals, 'signal')} are checked by ${counted(report.relations.length, 'relation')} between them.`;
   byId('wrong-told').textContent = charts.length === 0 ? `Nothing contradicts anything else. ${by}` : by;
+  // The padding and the border of a card, on both sides.
+  const room = byId('wrong').clientWidth - 48;
   byId('findings').replaceChildren(...charts.map((finding, at) => element('article', { class: `card finding${finding.named ? '' : ' between'}`, 'aria-labelledby': `finding-${at}` },
     element('h3', { id: `finding-${at}` }, finding.headline),
     element('p', { class: 'soft' }, finding.when),
-    stretch(finding),
+    stretch(finding, room),
     element('ul', {}, ...finding.evidence.map((line) => element('li', {}, line))))));
 }
 

@@ -49,9 +49,9 @@ async function open(files, before = {}) {
   await during(`Reading ${files.map((file) => file.name).join(', ')} …`, async () => {
     const found = await work.ask('examine', { files });
     state.found = found;
+    SECTIONS.forEach((id) => { byId(id).hidden = false; });
     showFindings(found);
     showContent(found);
-    SECTIONS.forEach((id) => { byId(id).hidden = false; });
     document.body.classList.add('small-dropped');
     byId('forget').hidden = false;
     await setModel(before.text ?? found.model);
@@ -59,7 +59,9 @@ async function open(files, before = {}) {
     if (state.inject.length > 0) await replay();
     else clearReplay();
   });
-  Object.assign(document.documentElement.dataset, { done: files[0].name, took: Math.round(performance.now() - began) });
+  const took = Math.round(performance.now() - began);
+  if (state.found) tell(`${files.map((file) => file.name).join(', ')}: examined in ${(took / 1000).toFixed(1)} s`);
+  Object.assign(document.documentElement.dataset, { done: files[0].name, took });
   if (state.found && !before.text) byId('wrong').focus();
 }
 
@@ -185,6 +187,11 @@ function listen() {
   ['dragenter', 'dragover'].forEach((name) => document.addEventListener(name, over(true)));
   ['dragleave', 'drop'].forEach((name) => document.addEventListener(name, over(false)));
   document.addEventListener('drop', (event) => given([...event.dataTransfer.files]));
+  let width = innerWidth;
+  addEventListener('resize', () => {
+    if (state.found && innerWidth !== width) showFindings(state.found);
+    width = innerWidth;
+  });
   byId('files').addEventListener('change', (event) => given([...event.target.files]));
   byId('forget').addEventListener('click', forget);
   addEventListener('hashchange', () => location.hash === '#example=car' && openExample());

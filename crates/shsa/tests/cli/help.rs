@@ -3,9 +3,10 @@
 use crate::folder::Folder;
 
 /// The first page of the help: groups of commands.
-const LISTED: [&str; 20] = [
+const LISTED: [&str; 21] = [
     "demo",
     "doctor",
+    "studio",
     "draft",
     "check",
     "analyze",

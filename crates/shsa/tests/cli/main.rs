@@ -43,6 +43,7 @@ mod association;
 mod sessions;
 mod streams;
 mod structures;
+mod studio;
 mod tables;
 mod thesis;
 mod wrong;
