@@ -31,7 +31,8 @@ usage: cargo xtask COMMAND
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
   book       makes a site of the documents, with search, in target/book/site, and checks its links (installs mdBook in target/book-tools)
-  wasm       builds the npm package @shsa/engine and the studio in target/wasm; `--test` builds them quickly, and tests them
+  wasm       builds the npm package @shsa/engine and the studio in target/wasm; `--test` builds them quickly, and tests
+             them; `--servers` installs the Signal K server, and tests the plugin in it, too (not in CI: 270 MB)
   package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out
              FOLDER` writes there, `--twice` builds in two folders and compares (not in CI: two builds of 10 minutes),
              `--static` builds the program alone, without libraries: target/package/shsa (not in CI, either)";
@@ -64,6 +65,9 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("book") => book::write(),
         Some("wasm") if env::args().nth(2).as_deref() == Some("--test") => {
             wasm::test(|line| println!("{line}"))
+        }
+        Some("wasm") if env::args().nth(2).as_deref() == Some("--servers") => {
+            wasm::test_with_servers(|line| println!("{line}"))
         }
         Some("wasm") => wasm::build(),
         Some("package") => package::write(env::args().skip(2)),

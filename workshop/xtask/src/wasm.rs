@@ -1,4 +1,4 @@
-//! Builds the npm package `@shsa/engine` and the studio around it, and tests both.
+//! Builds the npm package `@shsa/engine`, the plugin and the studio around it, and tests them.
 
 mod packed;
 
@@ -15,7 +15,11 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const OPTIMISER: &str = "target/npm/binaryen/node_modules/binaryen/bin/wasm-opt";
 const INSTALL_OPTIMISER: &str = "mkdir -p target/npm/binaryen && cd target/npm/binaryen && npm install --silent --no-save --no-audit --no-fund binaryen@132.0.0";
 
-/// Builds the package as it is published, and the studio.
+/// The server for boats, of the last version that runs on Node.js 20.
+const SIGNALK: &str = "target/npm/signalk/node_modules/signalk-server";
+const INSTALL_SIGNALK: &str = "mkdir -p target/npm/signalk && cd target/npm/signalk && npm install --silent --no-save --no-audit --no-fund signalk-server@2.23.0";
+
+/// Builds the packages as they are published, and the studio.
 ///
 /// # Errors
 /// When the target cannot be installed, or something does not build.
@@ -45,14 +49,44 @@ pub(crate) fn test(mut add: impl FnMut(&str)) -> Result<()> {
     packed::pack()?;
     packed::studio()?;
     packed::install()?;
+    run_node("package.test.js", &[], &mut add)?;
+    plugin(&mut add)?;
+    studio(&mut add)
+}
+
+/// Installs the Signal K server, and tests everything with it.
+///
+/// # Errors
+/// As [`test`], and when the server cannot be installed.
+pub(crate) fn test_with_servers(add: impl FnMut(&str)) -> Result<()> {
+    if !Path::new(SIGNALK).exists() {
+        command::run(&["sh", "-c", INSTALL_SIGNALK])?;
+    }
+    test(add)
+}
+
+/// Runs the plugin in a Signal K server, where that is installed: it is as large as everything else that tests need together.
+fn plugin(add: &mut impl FnMut(&str)) -> Result<()> {
+    if !Path::new(SIGNALK).exists() {
+        println!(
+            "SKIPPED: the plugin of the Signal K server: `cargo xtask wasm --servers` installs the server, and tests it"
+        );
+        add("test result: ok. 0 passed; 0 failed; 1 ignored");
+        return Ok(());
+    }
+    run_node("server.test.mjs", &[("SIGNALK", SIGNALK)], add)
+}
+
+/// Runs tests of the installed packages.
+fn run_node(file: &str, paths: &[(&str, &str)], add: &mut impl FnMut(&str)) -> Result<()> {
     let root = std::env::current_dir().context("the folder of the workspace")?;
     let installed = root.join(FOLDER).join("test");
-    let package = installed.join("node_modules/@shsa/engine");
+    let packages = installed.join("node_modules");
     let mut line = Command::new("node");
-    line.args(["--test", "--test-reporter=tap"])
-        .arg(installed.join("package.test.js"))
-        .current_dir(&installed);
-    line.env("SHSA_ROOT", &root).env("SHSA_PACKAGE", package);
+    line.args(["--test", "--test-reporter=tap"]).arg(installed.join(file)).current_dir(&installed);
+    line.env("SHSA_ROOT", &root).env("SHSA_PACKAGE", packages.join("@shsa/engine"));
+    line.env("SHSA_PLUGIN", packages.join("signalk-shsa"));
+    line.envs(paths.iter().map(|(name, path)| (*name, root.join(path))));
     let program = root.join("target/debug/shsa");
     if program.is_file() {
         line.env("SHSA_COMMAND", program);
@@ -61,8 +95,8 @@ pub(crate) fn test(mut add: impl FnMut(&str)) -> Result<()> {
     let printed = String::from_utf8_lossy(&output.stdout);
     println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
     add(&closing(&printed));
-    ensure!(output.status.success(), "the tests of @shsa/engine failed");
-    studio(&mut add)
+    ensure!(output.status.success(), "the tests in {file} failed");
+    Ok(())
 }
 
 /// Looks at the studio in Chromium.

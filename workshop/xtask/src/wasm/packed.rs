@@ -8,25 +8,30 @@ use std::path::Path;
 
 /// The files of the engine that both have.
 const GLUE: [&str; 2] = ["shsa.js", "shsa_bg.wasm"];
-/// The package as a file.
-const TARBALL: &str = "shsa-engine-0.1.0.tgz";
+/// The packages as files.
+const TARBALLS: [&str; 2] = ["shsa-engine-0.1.0.tgz", "signalk-shsa-0.1.0.tgz"];
 
-/// Packs the package as npm publishes it.
+/// Packs the packages as npm publishes them: the engine, and the plugin of the Signal K server.
 ///
 /// # Errors
 /// When a file cannot be copied, or npm fails.
 pub(super) fn pack() -> Result<()> {
-    let package = format!("{FOLDER}/engine");
-    fresh(&package)?;
-    copy_all("packages/engine", &package)?;
-    glue(&package)?;
-    for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
-        copy(licence, &format!("{package}/{licence}"))?;
+    for name in ["engine", "signalk-shsa"] {
+        let package = format!("{FOLDER}/{name}");
+        fresh(&package)?;
+        copy_all(&format!("packages/{name}"), &package)?;
+        if name == "engine" {
+            glue(&package)?;
+        }
+        for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            copy(licence, &format!("{package}/{licence}"))?;
+        }
+        command::run(&["sh", "-c", &format!("cd {package} && npm pack --silent --pack-destination ..")])?;
     }
-    command::run(&["sh", "-c", &format!("cd {package} && npm pack --silent --pack-destination ..")])
+    Ok(())
 }
 
-/// Installs the packed package where its tests run.
+/// Installs the packed packages where their tests run.
 ///
 /// # Errors
 /// When npm fails.
@@ -34,10 +39,13 @@ pub(super) fn install() -> Result<()> {
     let folder = format!("{FOLDER}/test");
     fresh(&folder)?;
     copy("packages/engine/test/package.test.js", &format!("{folder}/package.test.js"))?;
+    copy("packages/signalk-shsa/test/server.test.mjs", &format!("{folder}/server.test.mjs"))?;
     let manifest = format!("{folder}/package.json");
     fs::write(&manifest, "{ \"private\": true, \"type\": \"module\" }\n")
         .with_context(|| manifest.clone())?;
-    let install = format!("cd {folder} && npm install --silent --no-audit --no-fund --offline ../{TARBALL}");
+    let [engine, plugin] = TARBALLS;
+    let options = "--silent --no-audit --no-fund --offline";
+    let install = format!("cd {folder} && npm install {options} ../{engine} ../{plugin}");
     command::run(&["sh", "-c", &install])
 }
 
@@ -71,7 +79,7 @@ pub(super) fn sizes() -> Result<()> {
     let script = "const bytes = require('fs').readFileSync(process.argv[1]); \
         console.log(`${bytes.length} bytes, by brotli ${require('zlib').brotliCompressSync(bytes).length}`)";
     command::run(&["node", "-e", script, &format!("{FOLDER}/engine/wasm/shsa_bg.wasm")])?;
-    println!("the package is {FOLDER}/{TARBALL}; the studio is in {FOLDER}/studio");
+    println!("the packages are {}, the studio is studio, all in {FOLDER}", TARBALLS.join(" and "));
     Ok(())
 }
 
