@@ -8,7 +8,7 @@ use super::basis::Basis;
 use super::faults::Faults;
 use super::structure::{EquationId, EquationSet, Isolability, Origin, Solving, Structure};
 use crate::expression::Formula;
-use crate::knowledge::{KnowledgeBase, NEGLIGIBLE, RelationId, SignalId, VariableId};
+use crate::knowledge::{KnowledgeBase, NEGLIGIBLE, Relation, RelationId, SignalId, VariableId};
 use crate::plan::{Limits, StopReason};
 use crate::trust::Component;
 use alloc::collections::BTreeMap;
@@ -118,13 +118,17 @@ fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Compone
     }
 }
 
-/// Whether no formula reads a signal's variable, so that nothing but conditions can.
+/// Whether conditions read a signal's variable, and nothing else does.
 fn is_only_asked(knowledge: &KnowledgeBase, component: Component) -> bool {
     let Component::Signal(signal) = component else { return false };
     let variable = knowledge.signals()[signal].variable;
-    let mut formulas = knowledge.relations().iter().flat_map(|relation| &relation.formulas);
-    let is_made = knowledge.relations().iter().any(|relation| relation.outputs.contains(&variable));
-    !is_made && !formulas.any(|formula| formula.symbols().contains(&variable.symbol()))
+    let reads = |formula: &Formula| formula.symbols().contains(&variable.symbol());
+    let asks = |relation: &Relation| relation.condition.as_ref().is_some_and(reads);
+    let uses = |relation: &Relation| match relation.formulas.is_empty() {
+        true => relation.inputs.contains(&variable) || relation.outputs.contains(&variable),
+        false => relation.outputs.contains(&variable) || relation.formulas.iter().any(reads),
+    };
+    knowledge.relations().iter().any(asks) && !knowledge.relations().iter().any(uses)
 }
 
 /// The faults that the structure could detect, and the pairs of faults that it could isolate, where the comparisons do not.

@@ -165,7 +165,7 @@ signals:
   c: { variable: speed, value_error: -1, delay: 100, timeout: 0 s }
   d: { variable: speed, time_error: [1 s, -1 s], derived_from: [e, b, zzz] }
   e: { variable: speed, derived_from: d, value_error: [2, 1], rate: 0 Hz }
-  f: { variable: speed, time_error: -5 ms, value_error: 100 %, delay: -1 s, rate: 1e300 Hz }
+  f: { variable: speed, time_error: -5 ms, value_error: 100 %, mean_over: -1 s, rate: 1e300 Hz }
   g: { variable: speed, properties: { cost: 0.5, accuracy: 2, prior: 0, foo: bar } }",
         "4:3 error: signal `a` carries no variable (say which: `variable: speed`)
          4:14 error: `10` is no frequency (write it like `10 Hz` or `2 1/min`)
@@ -181,8 +181,8 @@ signals:
          8:69 error: `0 Hz` is no frequency (write it like `10 Hz` or `2 1/min`)
          9:37 error: `-5 ms` is negative (write a time like `300 ms`)
          9:57 error: `100 %` is no plus-minus error (write `0.15`, `5 cm`, `2 %`, `0.3 + 1 %`, or the lowest and highest error `[-0.1, 0.2]`)
-         9:71 error: `-1 s` is negative (write a time like `300 ms`)
-         9:83 error: `1e300 Hz` is no frequency (write it like `10 Hz` or `2 1/min`)
+         9:75 error: `-1 s` is negative (write a time like `300 ms`)
+         9:87 error: `1e300 Hz` is no frequency (write it like `10 Hz` or `2 1/min`)
          10:60 error: `accuracy: 2` makes no sense (an accuracy lies between 0 and 1)
          10:70 error: `prior: 0` makes no sense (a prior is the probability of a fault, more than 0 and less than 1)
          10:78 error: a number is missing before `bar`",
