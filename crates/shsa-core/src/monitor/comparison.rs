@@ -87,8 +87,8 @@ impl Round<'_> {
             };
             let known =
                 if pair.is_of_lines { pair.guessed(watched, other, output, known, validity) } else { known };
-            let bounds = [watched, other];
-            let known = if may_be_of_bounds { pair.without_trend(bounds, output, known) } else { known };
+            let known =
+                if may_be_of_bounds { pair.without_trend([watched, other], output, known) } else { known };
             let of_newest = || newest.and_then(|_| newest_end(other));
             let recorded = pair.record(output, &known, validity, self.now, of_newest);
             self.changed |= recorded.changed;

@@ -59,7 +59,7 @@ fn planted_faults_are_found_and_sound_recordings_give_no_finding() {
     assert!(sound.0 + 1 >= sound.1, "{sound:?}");
     let mut all = (0, 0);
     for fault in FAULTS {
-        for (found, of) in tally(0..2, Some(fault)).into_values() {
+        for (found, of) in tally(0..1, Some(fault)).into_values() {
             all = (all.0 + found, all.1 + of);
         }
     }
