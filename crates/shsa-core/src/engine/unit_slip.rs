@@ -11,7 +11,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// Units that are taken for others of their dimension.
+/// Units that people confuse with others of their dimension.
 const MISTAKEN: [&str; 60] = [
     "m", "km", "cm", "mm", "ft", "inch", "mi", "nmi", "m/s", "km/h", "mph", "kn", "ft/s", "rad", "deg",
     "rad/s", "deg/s", "rpm", "Hz", "degC", "K", "degF", "Pa", "hPa", "kPa", "bar", "psi", "mmHg", "W", "kW",
