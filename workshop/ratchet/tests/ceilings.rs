@@ -34,6 +34,8 @@ const MOST_UNDER_CONTRACT: f64 = 1.2;
 /// How many instructions more a search may take, whatever its size: those that find whether there are contracts. Alone, in a model
 /// without contracts.
 const MOST_AT_ALL: f64 = 64.0;
+/// The same as a share of the search: where the allocator finds its memory differs between machines by some hundred instructions.
+const SHARE_AT_ALL: f64 = 0.001;
 /// The same under contract, beside the share: how the compiler lays out the rest of the core moves small searches by some ten.
 const MOST_BESIDE: f64 = 80.0;
 
@@ -128,7 +130,7 @@ fn of_search(search: &str, bare: f64, without: f64, under: f64) -> (String, bool
         "{search}: {bare:.0} instructions for a search, {more:+.0} in a model without contracts, {:+.1} % under contract",
         (share - 1.0) * 100.0
     );
-    match more > MOST_AT_ALL || under > bare * MOST_UNDER_CONTRACT + MOST_BESIDE {
+    match more > MOST_AT_ALL + bare * SHARE_AT_ALL || under > bare * MOST_UNDER_CONTRACT + MOST_BESIDE {
         true => (format!("{line}: MORE THAN ALLOWED"), true),
         false => (line, false),
     }
@@ -202,8 +204,8 @@ fn the_file_holds_ceilings() {
 #[test]
 fn contracts_may_cost_a_fifth_of_a_search_and_nothing_where_there_are_none() {
     let is_exceeded = |without, under| of_search("tree 1", 10_000.0, without, under).1;
-    assert!(!is_exceeded(10_060.0, 12_060.0));
-    assert!(is_exceeded(10_070.0, 11_900.0) && is_exceeded(10_060.0, 12_100.0));
+    assert!(!is_exceeded(10_070.0, 12_060.0));
+    assert!(is_exceeded(10_080.0, 11_900.0) && is_exceeded(10_060.0, 12_100.0));
 }
 
 #[test]
