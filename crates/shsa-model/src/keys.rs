@@ -156,7 +156,7 @@ pub const SPECIFICATION: [Key; 6] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 24] = [
+pub const SIGNAL: [Key; 25] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -164,6 +164,7 @@ pub const SIGNAL: [Key; 24] = [
     text("offset", "a number or a quantity", "-40 degC"),
     text("rate", "a frequency", "10 Hz"),
     formed("value_error", Form::Bounds, "an error or its lowest and highest value", "[-0.1, 0.2]"),
+    text("change_error", "the error of a difference of two readings", "0.3 hPa + 1 hPa/h"),
     text("noise", "a standard deviation", "0.1"),
     formed("time_error", Form::Bounds, "a time or the lowest and the highest", "[-100 ms, 0 ms]"),
     span("delay"),

@@ -258,6 +258,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         offset: keys.text("offset"),
         rate: keys.text("rate"),
         value_error: keys.bounds("value_error"),
+        change_error: keys.text("change_error"),
         time_error: keys.bounds("time_error"),
         noise: keys.text("noise"),
         delay: keys.text("delay"),

@@ -176,6 +176,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("offset", signal.offset.as_ref().map(text)),
         ("rate", signal.rate.as_ref().map(text)),
         ("value_error", signal.value_error.as_ref().map(bounds)),
+        ("change_error", signal.change_error.as_ref().map(text)),
         ("noise", signal.noise.as_ref().map(text)),
         ("time_error", signal.time_error.as_ref().map(bounds)),
         ("delay", signal.delay.as_ref().map(text)),

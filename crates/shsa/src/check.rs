@@ -27,6 +27,8 @@ Limits for the readings of a signal; a reading beyond is out of range, too fast,
 Errors of a signal's values:
   value_error: 0.3     a bound, plus-minus or [lowest, highest]: a value within it is sound, a value
                        beyond it is proof of a fault
+  change_error: 0.1    the bound of the error of a difference of two readings, where most of the
+                       `value_error` is an offset; with a drift `0.1 hPa + 1 hPa/h`
   noise: 0.1           the standard deviation of the noise, where it is known: then scatter, drift
                        and skew over many comparisons within the bounds accuse, too; without it
                        they are only notes

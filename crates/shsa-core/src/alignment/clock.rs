@@ -32,7 +32,7 @@ pub enum Misdated {
 struct Clock {
     /// The largest deviation from the usual amount that is no error.
     margin: Span,
-    /// The time of which a value is a mean, after its stamp: it comes after its end.
+    /// How long after its stamp a value may have been measured, to the end of what it is a mean of: it comes after that.
     ahead: Span,
     /// Below this amount a stamp is in the future: negative.
     future: Span,
@@ -219,7 +219,7 @@ impl Clock {
         let longest = signal.limits.max_delay.unwrap_or(Span::ZERO);
         // Errors of its own stamps may be all to one side, beside a clock without any.
         let errors = (late - early).max(late).max(Span::ZERO - early);
-        let ahead = (Span(signal.mean_over.0 / 2) - signal.delay).max(Span::ZERO);
+        let ahead = (Span(signal.mean_over.0 / 2) - signal.delay + late).max(Span::ZERO);
         Clock {
             margin: CLOCKS_APART.max(longest) + ahead + errors,
             ahead,
@@ -235,7 +235,7 @@ impl Clock {
         }
     }
 
-    /// The part of an amount that the time of a mean does not explain.
+    /// The part of an amount that the time from the stamp to the end of a measurement does not explain.
     fn unexplained(&self, amount: Span) -> Span {
         amount - amount.min(self.ahead).max(Span::ZERO)
     }

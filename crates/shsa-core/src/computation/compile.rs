@@ -90,7 +90,14 @@ pub(super) fn program(
     };
     let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
     let variable = |symbol: Symbol| knowledge.variables().find(VariableId::from_index(symbol.0 as usize));
-    let course = |symbol| variable(symbol).map_or(Course::ANY, Variable::course);
+    let offset = |symbol: Symbol| {
+        let at = way.substitution.sources.iter().position(|source| source.symbol() == symbol)?;
+        way.signals.get(at)?.map(|signal| knowledge.signals()[signal].offset())
+    };
+    let course = |symbol| Course {
+        offset: offset(symbol).unwrap_or_default(),
+        ..variable(symbol).map_or(Course::ANY, Variable::course)
+    };
     let program = Program::compile_within(&assignments, &course).ok()?;
     let source = |input: &expression::Input| source(knowledge, way, trigger, input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;

@@ -5,7 +5,7 @@ use super::curve::Curve;
 use super::formula::Formula;
 use super::number::Number;
 use super::operation::{Binary, Operation, Reduction, Unary};
-use crate::interval::{Course, Interval};
+use crate::interval::{Course, Interval, Offset};
 use alloc::vec::Vec;
 
 const NOT_NEGATIVE: Interval = Interval::new(0.0, f64::INFINITY);
@@ -45,7 +45,34 @@ impl Formula {
     #[must_use]
     pub fn course(&self, of: &dyn Fn(Symbol) -> Course) -> Course {
         let range = |symbol| Some(of(symbol).range);
-        Course { max_rate: self.rate(of, &range), range: self.bounds(&range) }
+        Course { max_rate: self.rate(of, &range), range: self.bounds(&range), offset: self.offset(of) }
+    }
+
+    /// What the formula makes of the offsets of its variables; none where another operation than a sum or a constant factor does.
+    fn offset(&self, of: &dyn Fn(Symbol) -> Course) -> Offset {
+        let argument = |at: usize| self.arguments().get(at);
+        let below = |at: usize| argument(at).map_or(Offset::NONE, |it| it.offset(of));
+        // Of a factor between bounds, the part that is the same is that of the smallest.
+        let factor = |at: usize, least: bool| {
+            let bounds = argument(at).and_then(Formula::as_constant)?.bounds;
+            let size = if least { bounds.mignitude() } else { 1.0 / bounds.magnitude() };
+            Some(if bounds.hi() < 0.0 { -size } else { size })
+        };
+        match self.operation() {
+            Operation::Symbol(symbol) => of(symbol).offset,
+            Operation::Unary(Unary::Neg) => below(0).times(-1.0),
+            Operation::Binary(Binary::Add) => below(0).and(below(1)),
+            Operation::Binary(Binary::Sub) => below(0).and(below(1).times(-1.0)),
+            Operation::Binary(Binary::Mul) => match (factor(0, true), factor(1, true)) {
+                (Some(factor), _) => below(1).times(factor),
+                (_, Some(factor)) => below(0).times(factor),
+                _ => Offset::NONE,
+            },
+            Operation::Binary(Binary::Div) => {
+                factor(1, false).map_or(Offset::NONE, |factor| below(0).times(factor))
+            }
+            _ => Offset::NONE,
+        }
     }
 
     /// The largest rate of change, by the rates of the variables; infinite where the formula is not known to bound it.

@@ -15,7 +15,7 @@ use super::program::{
     Remembered, Retained,
 };
 use super::tape::Tape;
-use crate::interval::Course;
+use crate::interval::{Course, Offset};
 
 impl Program {
     /// Compiles assignments, each of which may use the variables of earlier ones; the last one is the output.
@@ -55,6 +55,8 @@ struct Compiler<'c> {
     assigned: BTreeMap<Symbol, Register>,
     /// The conditions on which each of these depends.
     guards: BTreeMap<Symbol, Vec<Register>>,
+    /// What all values of each of these are off by alike.
+    offsets: BTreeMap<Symbol, Offset>,
 }
 
 impl<'c> Compiler<'c> {
@@ -89,6 +91,7 @@ impl<'c> Compiler<'c> {
             outputs,
             assigned: BTreeMap::new(),
             guards: BTreeMap::new(),
+            offsets: BTreeMap::new(),
         }
     }
 
@@ -111,6 +114,8 @@ impl<'c> Compiler<'c> {
                 guards.push(register);
             }
             self.guards.insert(*symbol, guards);
+            let offset = formula.course(&|symbol| self.course_of(symbol)).offset;
+            self.offsets.insert(*symbol, offset);
         }
         if self.program.output == NONE {
             Err(refused("a program computes nothing"))
@@ -154,11 +159,19 @@ impl<'c> Compiler<'c> {
             let first = self.program.guards.len() as u32;
             let guards = self.guards_of(argument);
             self.program.guards.extend(guards);
-            let (course, guards) = (argument.course(self.course), (first, self.program.guards.len() as u32));
+            let course = argument.course(&|symbol| self.course_of(symbol));
+            let guards = (first, self.program.guards.len() as u32);
             self.program.memories.push(Remembered { operation: key.0, course, guards });
         }
         self.known.insert(key, register);
         Ok(register)
+    }
+
+    /// What bounds a variable; the offset of one that the program computes follows from its inputs.
+    fn course_of(&self, symbol: Symbol) -> Course {
+        let course = (self.course)(symbol);
+        let offset = self.offsets.get(&symbol).copied();
+        offset.map_or(course, |offset| Course { offset, ..course })
     }
 
     /// The conditions on which the variables in a formula depend.

@@ -268,8 +268,10 @@ impl<N: Number> History<N> {
             beyond <= Span(window.0 / 2) || !self.is_gap(beyond, now)
         };
         let Some(old) = old.filter(is_near) else { return Recalled { value: N::MISSING, since: None } };
-        let change = value.binary(Binary::Sub, old.value);
-        let time = N::constant(elapsed(old.at, at));
+        let time = elapsed(old.at, at);
+        let offset = self.course.offset.throughout(time.bounds.hi());
+        let change = value.without(offset).binary(Binary::Sub, old.value.without(offset));
+        let time = N::constant(time);
         Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
     }
 

@@ -4,7 +4,7 @@ use core::fmt::Debug;
 
 use super::curve::Curve;
 use super::operation::{Binary, Comparison, Constant, Unary};
-use crate::interval::{Interval, Truth};
+use crate::interval::{Interval, Offset, Truth};
 use core::f64::consts::PI;
 
 /// Beyond so many numbers, the bound of what the roundings amount to would need more care.
@@ -63,6 +63,12 @@ pub trait Number: Copy + Debug + PartialEq {
     /// The number through a table; missing outside of it.
     #[must_use]
     fn along(self, curve: Curve<'_>) -> Self;
+
+    /// The number without a part of its error that others have alike: for differences to these. A plain number has no error.
+    #[must_use]
+    fn without(self, _offset: Offset) -> Self {
+        self
+    }
 
     /// The smallest and the largest possible value; empty when missing.
     fn bounds(self) -> Interval;
@@ -305,6 +311,15 @@ impl Number for Interval {
 
     fn along(self, curve: Curve<'_>) -> Interval {
         curve.over(self)
+    }
+
+    fn without(self, offset: Offset) -> Interval {
+        if offset == Offset::NONE || self.is_empty() {
+            return self;
+        }
+        let (one, other) = ((self.lo() - offset.lo).next_down(), (self.hi() - offset.hi).next_up());
+        // An estimate may be narrower than the errors of values.
+        Interval::new(one.min(other), one.max(other))
     }
 
     fn bounds(self) -> Interval {

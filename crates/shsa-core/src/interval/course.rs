@@ -9,6 +9,48 @@ pub struct Course {
     pub max_rate: f64,
     /// The possible values.
     pub range: Interval,
+    /// The part of what its values are off by that does not change with time.
+    pub offset: Offset,
+}
+
+/// A part of the error of values that all of them share, but for a slow drift. SI, and seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Offset {
+    /// The lowest one, as it is added to a value.
+    pub lo: f64,
+    /// The highest one.
+    pub hi: f64,
+    /// The largest rate at which it changes.
+    pub drift: f64,
+}
+
+impl Offset {
+    /// None: each value may be off in its own way.
+    pub const NONE: Offset = Offset { lo: 0.0, hi: 0.0, drift: 0.0 };
+
+    /// What is the same in all values within a time, whatever it drifts by meanwhile; [`Offset::NONE`] where nothing is.
+    #[must_use]
+    pub fn throughout(self, seconds: f64) -> Offset {
+        if self == Offset::NONE {
+            return self;
+        }
+        let moved = (0.5 * self.drift * seconds).next_up();
+        let (lo, hi) = (self.lo + moved, self.hi - moved);
+        if lo < hi { Offset { lo, hi, drift: 0.0 } } else { Offset::NONE }
+    }
+
+    /// The offset of the sum of two values.
+    #[must_use]
+    pub fn and(self, other: Offset) -> Offset {
+        Offset { lo: self.lo + other.lo, hi: self.hi + other.hi, drift: self.drift + other.drift }
+    }
+
+    /// The offset of the value times a factor.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Offset {
+        let (one, other) = (self.lo * factor, self.hi * factor);
+        Offset { lo: one.min(other), hi: one.max(other), drift: self.drift * factor.abs() }
+    }
 }
 
 /// More than the roundings of the areas amount to, as a share of the largest term: each is of at most six operations.
@@ -16,7 +58,7 @@ const ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 impl Course {
     /// Nothing is known: a quantity can be anything as soon as it is not known.
-    pub const ANY: Course = Course { max_rate: f64::INFINITY, range: Interval::ENTIRE };
+    pub const ANY: Course = Course { max_rate: f64::INFINITY, range: Interval::ENTIRE, offset: Offset::NONE };
 
     /// Whether the rate of change is bounded.
     #[inline]
@@ -136,7 +178,8 @@ mod tests {
             let range = Interval::new(-5.0, hi);
             let step = seconds / steps.len() as f64;
             let truth = course(&steps, start, range, max_rate * step);
-            let known = Course { max_rate, range: if is_ranged { range } else { Interval::ENTIRE } };
+            let range_known = if is_ranged { range } else { Interval::ENTIRE };
+            let known = Course { max_rate, range: range_known, ..Course::ANY };
             let seen = |value: f64| Interval::new(value + (side - 1.0) * error - 1e-9, value + (side + 1.0) * error + 1e-9);
             let (first, last) = (seen(truth[0]), seen(*truth.last().unwrap()));
             for (at, value) in truth.iter().enumerate() {
@@ -157,7 +200,7 @@ mod tests {
             let rise = max_rate * seconds;
             prop_assume!((before - after).abs() <= rise);
             let top = 5.0 + cap;
-            let known = Course { max_rate, range: Interval::new(-100.0, top) };
+            let known = Course { max_rate, range: Interval::new(-100.0, top), ..Course::ANY };
             let count = 2_000;
             let highest = |at: usize| {
                 let since = (at as f64 + 0.5) / f64::from(count) * seconds;
@@ -171,7 +214,7 @@ mod tests {
 
     #[test]
     fn without_a_rate_only_the_range_is_left() {
-        let known = Course { max_rate: f64::INFINITY, range: Interval::new(0.0, 60.0) };
+        let known = Course { range: Interval::new(0.0, 60.0), ..Course::ANY };
         let at = |value: f64| Interval::point(value);
         assert_eq!(known.integral(at(1.0), at(2.0), 10.0), Interval::new(0.0, 600.0));
         assert_eq!(known.between((at(1.0), 1.0), (at(2.0), 1.0)), Interval::new(0.0, 60.0));

@@ -27,7 +27,7 @@ mod truth;
 mod tolerant;
 mod course;
 
-pub use course::Course;
+pub use course::{Course, Offset};
 pub use tolerant::{holding, tolerant};
 pub use truth::Truth;
 

@@ -267,6 +267,8 @@ pub struct SignalDraft {
     pub rate: Option<Text>,
     /// Plus-minus (`0.15`, `5 cm`, `2 %`, `0.3 + 1 %`), or lowest and highest.
     pub value_error: Option<Bounds>,
+    /// Plus-minus, of the difference of two readings: `0.3`, `0.3 hPa`, `0.3 hPa + 1 hPa/h`.
+    pub change_error: Option<Text>,
     /// Standard deviation of the noise: a number in the signal's unit, or a quantity.
     pub noise: Option<Text>,
     /// Plus-minus (`50 ms`), or lowest and highest.

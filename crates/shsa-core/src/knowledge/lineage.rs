@@ -87,7 +87,7 @@ impl Lineage {
             && one.unit == other.unit
             && one.scaling == other.scaling
             && one.value_error == other.value_error
-            && one.noise == other.noise
+            && (one.noise, one.change_error) == (other.noise, other.change_error)
             && one.time_error == other.time_error
             && one.mean_over == other.mean_over
             && one.delay == other.delay

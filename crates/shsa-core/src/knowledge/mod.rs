@@ -54,7 +54,8 @@ pub use parts::{Contradiction, join, part};
 pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
 pub use relation::Relation;
 pub use signal::{
-    Access, CAUSE_PRIOR, Cause, ReadingLimits, Saturation, Scaling, Signal, SourceParts, ValueError,
+    Access, CAUSE_PRIOR, Cause, ChangeError, ReadingLimits, Saturation, Scaling, Signal, SourceParts,
+    ValueError,
 };
 pub use specification::Specification;
 pub use utility::{

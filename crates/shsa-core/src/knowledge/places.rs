@@ -63,6 +63,7 @@ impl Draft {
                 &mut it.scale,
                 &mut it.offset,
                 &mut it.rate,
+                &mut it.change_error,
                 &mut it.noise,
                 &mut it.delay,
                 &mut it.mean_over,

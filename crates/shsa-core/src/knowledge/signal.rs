@@ -2,7 +2,7 @@
 
 use super::ids::{SignalId, VariableId};
 use super::properties::Properties;
-use crate::interval::Interval;
+use crate::interval::{Interval, Offset};
 use crate::time::Span;
 use crate::unit::{Unit, enclosed};
 use alloc::string::String;
@@ -26,6 +26,15 @@ impl ValueError {
     pub fn widened(self, by: f64) -> ValueError {
         ValueError { lo: self.lo - by, hi: self.hi + by, ..self }
     }
+}
+
+/// How far the difference of two readings is from the difference of the true values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChangeError {
+    /// Plus-minus, of two readings at any time, SI.
+    pub most: f64,
+    /// Plus-minus for each second between them, SI.
+    pub drift: f64,
 }
 
 /// How the readings of a signal become values in its unit: `scale * reading + offset`.
@@ -178,6 +187,8 @@ pub struct Signal {
     pub rate_hz: Option<f64>,
     /// The error of the values, the dead band included.
     pub value_error: ValueError,
+    /// The error of a difference of two values, where it is smaller than that of two values: most of the error is an offset.
+    pub change_error: Option<ChangeError>,
     /// Standard deviation of the noise of the values, SI; `None` where only the bounds of `value_error` are known. Trends over
     /// many comparisons accuse only where this is declared.
     pub noise: Option<f64>,
@@ -219,6 +230,7 @@ impl Signal {
             scaling: None,
             rate_hz: None,
             value_error: ValueError::default(),
+            change_error: None,
             noise: None,
             time_error: (Span::ZERO, Span::ZERO),
             delay: Span::ZERO,
@@ -231,6 +243,16 @@ impl Signal {
             derived_from: Vec::new(),
             properties: Properties::new(),
         }
+    }
+
+    /// The part of the error that all its values have alike.
+    pub(crate) fn offset(&self) -> Offset {
+        let Some(change) = self.change_error else { return Offset::NONE };
+        // A reading at an end of what can be shown is off in its own way, and so is what stands within a dead band.
+        let own = 0.5 * change.most + self.dead_band;
+        let (lo, hi) = (self.value_error.lo + own, self.value_error.hi - own);
+        let is_some = lo < hi && self.limits.saturation.is_none();
+        if is_some { Offset { lo, hi, drift: change.drift } } else { Offset::NONE }
     }
 
     /// Whether what it says holds at any age, by its declarations.

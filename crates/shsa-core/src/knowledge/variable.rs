@@ -66,7 +66,8 @@ impl Variable {
     #[must_use]
     pub fn course(&self) -> Course {
         let range = self.range.filter(|_| self.wraps.is_none());
-        Course { max_rate: self.max_rate.unwrap_or(f64::INFINITY), range: range.unwrap_or(Interval::ENTIRE) }
+        let max_rate = self.max_rate.unwrap_or(f64::INFINITY);
+        Course { max_rate, range: range.unwrap_or(Interval::ENTIRE), ..Course::ANY }
     }
 
     /// The part of a value that is possible, SI: empty where the value lies outside of the range altogether. A value that wraps is

@@ -367,7 +367,11 @@ fn pair(
 /// The declared noise of all signals that two ways read.
 fn noise(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> Noise {
     let (one, other) = (one.computation.way(), other.computation.way());
-    let of = |signal: SignalId| knowledge.signals()[signal].noise;
+    // What drifts as declared is no trend.
+    let drifts = |it: &Signal| it.change_error.is_some_and(|error| error.drift > 0.0);
+    let of = |signal: SignalId| {
+        knowledge.signals()[signal].noise.filter(|_| !drifts(&knowledge.signals()[signal]))
+    };
     if one.inputs().chain(other.inputs()).any(|signal| of(signal).is_none()) {
         return Noise::Unknown;
     }

@@ -146,14 +146,15 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let priors = properties()
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
     let ranges = (some((text(), text())), some((text(), text())));
-    let limits = (ranges, some(text()), some(text()), some(text()), some(text()), some(text()));
+    let errors = (some(text()), some(text()));
+    let limits = (ranges, some(text()), some(text()), some(text()), errors, some(text()));
     let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
-            ((range, saturates), max_rate, max_delay, mean_over, noise, frozen_after),
+            ((range, saturates), max_rate, max_delay, mean_over, (noise, change_error), frozen_after),
             (scale, offset, hold, rests_at, rests_for, access),
         )| {
             let name = Text::default();
@@ -168,6 +169,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 rate,
                 value_error,
                 noise,
+                change_error,
                 time_error,
                 delay,
                 mean_over,

@@ -2,6 +2,7 @@
 
 use super::world::{Signal, World};
 use shsa_lab::calibration::Chance;
+use std::f64::consts::TAU;
 
 /// A value of a signal.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,10 +76,12 @@ impl World {
             let step = 1e-3 / signal.rate_hz;
             let rises = variable.courses[element](moment + step) > variable.courses[element](moment - step);
             let place = signal.pattern.at(chance, number + element, moment, rises);
-            let (lo, hi) = signal.error;
+            let offset = signal.offset.map_or(0.0, |(most, period)| most * (TAU * moment / period).cos());
+            let most = signal.offset.map_or(0.0, |(most, _)| most);
+            let (lo, hi) = (signal.error.0 + most, signal.error.1 - most);
             // A share of the reading, which is nearer to zero than the truth by no more than both errors.
             let share = signal.share * (truth.abs() - hi.max(-lo)).max(0.0) / (1.0 + signal.share);
-            let error = 0.5 * (lo + hi) + WITHIN * place * (0.5 * (hi - lo) + share);
+            let error = 0.5 * (lo + hi) + WITHIN * (offset + place * (0.5 * (hi - lo) + share));
             let (lowest, highest) = signal.ends.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
             self.raw(signal, (truth - error).clamp(lowest, highest))
         };

@@ -64,6 +64,8 @@ pub(super) struct Signal {
     pub(super) holds: bool,
     /// How far the truth may be from the last value of a signal that is sent on change.
     pub(super) dead_band: f64,
+    /// The part of its error that all its values have alike: the most that it is, and the seconds in which it goes and returns.
+    pub(super) offset: Option<(f64, f64)>,
     /// The lowest and the highest value that it can show.
     pub(super) ends: Option<(f64, f64)>,
     pub(super) copies: Option<usize>,
@@ -322,6 +324,7 @@ impl World {
             mean_over: 0.0,
             holds: false,
             dead_band: 0.0,
+            offset: None,
             ends: None,
             copies: None,
             causes: Vec::new(),

@@ -2,6 +2,7 @@
 
 use super::unit::{Dimension, TEMPERATURE, quantity, rate};
 use super::world::{Need, Relation, Signal, Variable, World};
+use std::f64::consts::TAU;
 
 /// The names in a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -168,6 +169,12 @@ impl Signal {
         }
         if self.error != (0.0, 0.0) || self.share > 0.0 {
             keys.push(format!("value_error: {}", self.value_error(dimension)));
+        }
+        // A share of the value changes with it.
+        if let Some((most, period)) = self.offset.filter(|_| self.share == 0.0) {
+            let change = difference(dimension, self.error.1 - self.error.0 - 2.0 * most);
+            let drift = difference(dimension, most * TAU / period);
+            keys.push(format!("change_error: \"{change} + {drift}/s\""));
         }
         if let Some(noise) = self.noise {
             keys.push(format!("noise: \"{}\"", difference(dimension, noise)));

@@ -126,7 +126,7 @@ proptest! {
         room in 1usize..8, more in 0usize..8, max_rate in 0.1..3.0_f64, begun in 0usize..20, is_ranged: bool,
     ) {
         let range = if is_ranged { Interval::new(-4.0, 3.5) } else { Interval::ENTIRE };
-        let course = Course { max_rate: max_rate * 1e9, range };
+        let course = Course { max_rate: max_rate * 1e9, range, ..Course::ANY };
         let (mut plain, mut keeping) = (History::new(room), History::new(room));
         for (number, (from, value)) in samples.into_iter().enumerate() {
             let next = match value {

@@ -1,5 +1,6 @@
 //! Checks signals.
 
+mod change;
 mod saturation;
 mod sign;
 mod standing;
@@ -23,6 +24,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use change::change_error;
 use saturation::saturation;
 use standing::{frozen_after, holds, rests_at, rests_for};
 
@@ -144,6 +146,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
             .unwrap_or_default()
             .widened(dead_band.unwrap_or(0.0)),
+        change_error: change_error(problems, draft, unit.as_ref()),
         noise: draft.noise.as_ref().and_then(|text| noise(problems, draft, text, unit.as_ref())),
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))

@@ -144,6 +144,7 @@ pub(super) fn signal_fields(draft: &SignalDraft) -> Fields {
         ("offset", words(draft.offset.as_ref())),
         ("rate", words(draft.rate.as_ref())),
         ("value_error", bounds(draft.value_error.as_ref())),
+        ("change_error", words(draft.change_error.as_ref())),
         ("noise", words(draft.noise.as_ref())),
         ("time_error", bounds(draft.time_error.as_ref())),
         ("delay", words(draft.delay.as_ref())),

@@ -5,6 +5,7 @@ use crate::worlds::course::Course;
 use crate::worlds::unit::{LENGTH, SPEED, TURN};
 use crate::worlds::world::World;
 use shsa_lab::calibration::Chance;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 /// A span of a few periods of the usual sensor, in whole milliseconds.
@@ -60,6 +61,19 @@ fn sense_way(world: &mut World, chance: &mut Chance, way: usize, size: f64) {
     let exact = 0.05 * size / world.size(way);
     for signal in world.signals.iter_mut().filter(|it| it.variable == way) {
         signal.error = (exact * signal.error.0, exact * signal.error.1);
+    }
+}
+
+pub(super) fn offset(world: &mut World, chance: &mut Chance) {
+    rate(world, chance);
+    let before = world.clone();
+    for signal in world.signals.iter_mut().filter(|it| before.variables[it.variable].dimension == LENGTH) {
+        let most = before.size(signal.variable) * (0.01 + 2.0 * chance.share());
+        // The drift of a window is about as large as the rest of the error, or a tenth, or nothing.
+        let rest = signal.error.1 - signal.error.0;
+        let period = [1e9, TAU * most * 20.0 / (rest * before.tempo_hz), before.seconds][chance.below(3)];
+        signal.offset = Some((most, period.max(before.seconds)));
+        signal.error = (signal.error.0 - most, signal.error.1 + most);
     }
 }
 
