@@ -58,6 +58,10 @@ impl Formula {
             let size = if least { bounds.mignitude() } else { 1.0 / bounds.magnitude() };
             Some(if bounds.hi() < 0.0 { -size } else { size })
         };
+        // The value of terms that share a variable is narrower than the sum of theirs.
+        if argument(0).zip(argument(1)).is_some_and(|(one, other)| one.shares(other)) {
+            return Offset::NONE;
+        }
         match self.operation() {
             Operation::Symbol(symbol) => of(symbol).offset,
             Operation::Unary(Unary::Neg) => below(0).times(-1.0),

@@ -8,6 +8,7 @@ mod affine;
 mod checking;
 mod enclosing;
 mod evaluation;
+mod offset;
 mod oracle;
 mod random;
 mod solving;
