@@ -40,7 +40,7 @@ fn a_relation_takes_little_memory() {
     let a_relation = |bytes: u64| bytes / RELATIONS as u64;
     let (kept, peak) = (a_relation(counted.bytes_current.unsigned_abs()), a_relation(counted.bytes_max));
     let allocations = a_relation(counted.count_total);
-    assert!(kept <= 630, "{kept} bytes a relation are kept");
-    assert!(peak <= 710, "{peak} bytes a relation are taken at the peak");
+    assert!(kept <= 640, "{kept} bytes a relation are kept");
+    assert!(peak <= 720, "{peak} bytes a relation are taken at the peak");
     assert!(allocations <= 18, "{allocations} allocations a relation");
 }
