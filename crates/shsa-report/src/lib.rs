@@ -38,6 +38,7 @@ pub mod assurance;
 pub mod campaign;
 pub mod calibration;
 pub mod learning;
+pub mod maintenance;
 pub mod doctor;
 
 pub use error::ReportError;

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 const GROUPS: [(&str, &[&str]); 4] = [
     ("Start", &["demo", "doctor", "studio", "draft", "check", "analyze"]),
     ("Recordings", &["info", "replay", "explain", "calibrate", "learn", "campaign"]),
-    ("Live", &["run", "top", "scan", "journal", "service"]),
+    ("Live", &["run", "top", "scan", "journal", "maintenance", "service"]),
     ("Models", &["model", "test", "plan", "assure"]),
 ];
 

@@ -21,6 +21,7 @@ mod info;
 mod journal;
 mod learn;
 mod log;
+mod maintenance;
 mod man;
 mod model;
 mod old;
@@ -94,6 +95,8 @@ enum Command {
     Scan(scan::Arguments),
     /// Find whether the journal of a run was changed.
     Journal(journal::Arguments),
+    /// Say from the journal what to replace, and what drifts.
+    Maintenance(maintenance::Arguments),
     /// Compute one value from others, message by message.
     Service(service::Arguments),
     /// Convert, join, format and patch models; print their schema.
@@ -138,6 +141,7 @@ fn main() -> ExitCode {
         Command::Analyze(arguments) => analyze::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Maintenance(arguments) => maintenance::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),

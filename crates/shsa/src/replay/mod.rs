@@ -7,7 +7,7 @@ mod stream;
 mod record;
 
 pub(crate) use drive::drive;
-pub(crate) use source::{CutArguments, SourceArguments, only, read_one};
+pub(crate) use source::{CutArguments, SourceArguments, only, read, read_one};
 
 use crate::compare::{self, Comparison};
 use crate::headings::{COMPARISON, OUTPUT};
