@@ -27,14 +27,9 @@ pub(super) struct Circuit {
     pub(super) pair: f64,
 }
 
-/// The share of the current through the resistance of a pair that is left after a time step.
-pub(super) fn kept(elapsed_s: f64, constant_s: f64) -> f64 {
-    (-elapsed_s / constant_s).exp()
-}
-
 /// The current through the resistance of the pair after a time step.
 pub(super) fn through_pair(before: f64, current_a: f64, elapsed_s: f64) -> f64 {
-    let kept = kept(elapsed_s, PAIR_S);
+    let kept = (-elapsed_s / PAIR_S).exp();
     kept * before + (1.0 - kept) * current_a
 }
 
@@ -94,7 +89,7 @@ impl Circuit {
 }
 
 /// The weights of a curve's points at a charge.
-pub(super) fn weights(places: &[f64], charge_ah: f64) -> [(usize, f64); 2] {
+fn weights(places: &[f64], charge_ah: f64) -> [(usize, f64); 2] {
     let above = places.partition_point(|place| *place <= charge_ah);
     let place = above.saturating_sub(1).min(places.len() - 2);
     let share = (charge_ah - places[place]) / (places[place + 1] - places[place]);
