@@ -12,7 +12,7 @@
 //!
 //! What the filter did is seen from its mean: a robust filter counts a measurement for less, so its gain is scaled until it moves the mean
 //! as far as the filter did. What is left of a move, by curvature, counts as a bound in a filter that is its mean and covariance; in
-//! one of particles or hypotheses, the covariance tells it.
+//! one of particles, the covariance tells it.
 //!
 //! O(n^3) for a prediction, O(m n^2) for an update of m measurements.
 
@@ -251,14 +251,6 @@ impl<S: System> Method for Bounded<S> {
 
     fn is_gaussian(&self) -> bool {
         self.method.is_gaussian()
-    }
-
-    fn knows_outliers(&self) -> bool {
-        self.method.knows_outliers()
-    }
-
-    fn concludes(&self) -> bool {
-        self.method.concludes()
     }
 
     fn memory_len(&self) -> usize {

@@ -10,7 +10,6 @@ use crate::formulas::{Draft, Formulas};
 use crate::kernel::are_finite;
 use crate::matrix::{Matrix, at, column, put};
 use crate::system::{Ensemble, System};
-use shsa_core::knowledge::StepsAt;
 
 /// The Gauss-Legendre points and weights of an integral from 0 to 1.
 const POINTS: [(f64, f64); 3] =
@@ -53,17 +52,6 @@ impl Slopes {
     }
 }
 
-/// A state that may step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// The place of the state.
-    pub state: usize,
-    /// The standard deviation of a step, SI.
-    pub deviation: f64,
-    /// When it steps since the moment before.
-    pub at: StepsAt,
-}
-
 impl Continuous {
     /// As [`Formulas::new`]; the draft's formulas of noise are standard deviations, and those off the diagonal are not used.
     ///
@@ -75,26 +63,6 @@ impl Continuous {
         let slopes = Slopes { dt: f64::NAN, jacobian: Matrix::zeros(n, n) };
         let slopes = [(); 4].map(|()| slopes.clone());
         Ok(Continuous { formulas, deviations: Matrix::zeros(n, n), to: vec![0.0; n], slopes })
-    }
-}
-
-impl Continuous {
-    /// Adds to a covariance at the end of a time that of a step of a state. `from` is the state at its begin.
-    pub fn add_step(&mut self, from: &[f64], controls: &[f64], dt: f64, step: Step, to: &mut Matrix) {
-        let Continuous { formulas, to: next, slopes, .. } = self;
-        let variance = step.deviation * step.deviation;
-        let mut add = |slopes: &mut Slopes, share: f64, weight: f64| {
-            let slopes = slopes.over(formulas, from, controls, share * dt, next);
-            add_outer(to, weight * variance, column(slopes, step.state));
-        };
-        let [early, middle, late, whole] = slopes;
-        match step.at {
-            StepsAt::Any => POINTS
-                .into_iter()
-                .zip([early, middle, late])
-                .for_each(|((place, weight), slopes)| add(slopes, place, weight)),
-            StepsAt::Start => add(whole, 1.0, 1.0),
-        }
     }
 }
 
@@ -205,22 +173,6 @@ mod tests {
                 assert!((q[(row, column)] - 4.0 * wanted).abs() < 1e-14, "{q}");
             }
         }
-    }
-
-    #[test]
-    fn a_step_counts_for_as_long_as_it_lasts() {
-        let mut system = chain();
-        let mut after = |at: StepsAt| {
-            let mut spread = Matrix::zeros(3, 3);
-            system.add_step(&[1.0, 2.0, 3.0], &[], 0.5, Step { state: 2, deviation: 2.0, at }, &mut spread);
-            spread
-        };
-        let (any, start) = (after(StepsAt::Any), after(StepsAt::Start));
-        assert!(
-            (any[(1, 1)] - 4.0 * 0.25 / 3.0).abs() < 1e-15 && (any[(1, 2)] - 4.0 * 0.25).abs() < 1e-15,
-            "{any}"
-        );
-        assert_eq!((start[(0, 0)], start[(1, 1)], start[(1, 2)], start[(2, 2)]), (0.0625, 1.0, 2.0, 4.0));
     }
 
     /// So a covariance stays one; the check of the model warns of such a formula.

@@ -219,16 +219,6 @@ pub trait Method: Send {
         self.memory_len() == mean.len() + spread.len()
     }
 
-    /// Whether the density of the measurements is that of a mixture with outliers, so that an outlier is no evidence for anything else.
-    fn knows_outliers(&self) -> bool {
-        false
-    }
-
-    /// Whether measurements lead to conclusions that outlast them, such as which sensor is wrong.
-    fn concludes(&self) -> bool {
-        false
-    }
-
     /// The number of numbers in the state.
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = self.gaussian();

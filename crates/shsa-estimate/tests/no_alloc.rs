@@ -1,16 +1,12 @@
 //! No method allocates after construction, nor does the code around it.
 #![allow(clippy::unwrap_used, reason = "a test may fail loudly, in its helpers too")]
 
-use shsa_core::knowledge::StepsAt;
 use shsa_core::time::{Span, Time};
-use shsa_estimate::alternatives::{Alternatives, Outlier};
 use shsa_estimate::average::{Filling, MovingAverage, Window};
 use shsa_estimate::bounded::Bounded;
-use shsa_estimate::continuous::{Continuous, Step};
 use shsa_estimate::direct::{Direct, Faulty, Rule};
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
 use shsa_estimate::fusion::{Fusion, Gate, Options};
-use shsa_estimate::hypotheses::{Fault, Faults, Hypotheses};
 use shsa_estimate::kalman::{Kalman, Loss};
 use shsa_estimate::matrix::Matrix;
 use shsa_estimate::method::{Measurement, Method};
@@ -70,18 +66,6 @@ fn nothing_is_allocated_per_step() {
         let unscented = || Box::new(Unscented::new(system(), &mean, &p, Points::default()).unwrap());
         check(unscented(), gate);
         check(Box::new(Bounded::new(unscented(), system())), gate);
-        let robust = Kalman::new(system(), &mean, &p, Loss::Student(4.0)).unwrap();
-        let outliers = vec![Outlier { sensor: 0, deviation: 100.0 }];
-        let steps = vec![Step { state: 1, deviation: 10.0, at: StepsAt::Any }];
-        let model = Continuous::new(draft()).unwrap();
-        let robust = Box::new(Alternatives::new(Box::new(robust), model, outliers, steps, 10.0));
-        let faults = Faults {
-            all: vec![Fault::Jump(1, 5.0), Fault::Noisier(0, 10.0), Fault::Stuck(0)],
-            groups: vec![0b111, 0b001],
-            every: 10.0,
-            evidence_every: 0.15,
-        };
-        check(Box::new(Hypotheses::new(robust, 2, faults, 1.0)), gate);
         check(Box::new(Particle::new(system(), &mean, &p, Particles::default()).unwrap()), gate);
         let faulty = Faulty { count: 0, deviations: 3.0 };
         let average = MovingAverage::new(&[1.0, 2.0, 1.0], Filling::Partial).unwrap();

@@ -36,10 +36,6 @@ pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDr
         horizon: keys.text("horizon"),
         unknown_after: keys.text("unknown_after"),
         gate: keys.text("gate"),
-        faults_every: keys.text("faults_every"),
-        evidence_every: keys.text("evidence_every"),
-        steps_every: keys.text("steps_every"),
-        steps_at: keys.text("steps_at"),
         witnesses: keys.text("witnesses"),
         faulty: keys.text("faulty"),
         window: keys.text("window"),
@@ -60,8 +56,6 @@ fn state(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionStateDraft {
         spread: keys.text("spread"),
         noise: keys.text("noise"),
         transition: keys.text("transition"),
-        jumps: keys.text("jumps"),
-        steps: keys.text("steps"),
     }
 }
 
@@ -75,14 +69,7 @@ fn input(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionInputDraft {
     }
     let mut keys =
         Known::of(reader, node, &FUSION_INPUT, "what it measures, or an input's keys", "/gps: position");
-    FusionInputDraft {
-        name: name.clone(),
-        measures: keys.text("measures"),
-        noise: keys.text("noise"),
-        noisier: keys.text("noisier"),
-        outliers: keys.text("outliers"),
-        stuck: keys.text("stuck"),
-    }
+    FusionInputDraft { name: name.clone(), measures: keys.text("measures"), noise: keys.text("noise") }
 }
 
 fn output(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionOutputDraft {
@@ -115,10 +102,6 @@ pub(super) fn written(fusion: &FusionDraft) -> Tree {
         ("horizon", fusion.horizon.as_ref().map(text)),
         ("unknown_after", fusion.unknown_after.as_ref().map(text)),
         ("gate", fusion.gate.as_ref().map(text)),
-        ("faults_every", fusion.faults_every.as_ref().map(text)),
-        ("evidence_every", fusion.evidence_every.as_ref().map(text)),
-        ("steps_every", fusion.steps_every.as_ref().map(text)),
-        ("steps_at", fusion.steps_at.as_ref().map(text)),
         ("witnesses", fusion.witnesses.as_ref().map(text)),
         ("faulty", fusion.faulty.as_ref().map(text)),
         ("window", fusion.window.as_ref().map(text)),
@@ -140,22 +123,14 @@ fn of_state(state: &FusionStateDraft) -> Tree {
         ("spread", state.spread.as_ref().map(text)),
         ("noise", state.noise.as_ref().map(text)),
         ("transition", state.transition.as_ref().map(text)),
-        ("jumps", state.jumps.as_ref().map(text)),
-        ("steps", state.steps.as_ref().map(text)),
     ])
 }
 
 fn of_input(input: &FusionInputDraft) -> Tree {
-    let FusionInputDraft { name: _, measures, noise, noisier, outliers, stuck } = input;
+    let FusionInputDraft { name: _, measures, noise } = input;
     match measures {
-        Some(measures) if [noise, noisier, outliers, stuck].iter().all(|it| it.is_none()) => text(measures),
-        _ => keys([
-            ("measures", measures.as_ref().map(text)),
-            ("noise", noise.as_ref().map(text)),
-            ("noisier", noisier.as_ref().map(text)),
-            ("outliers", outliers.as_ref().map(text)),
-            ("stuck", stuck.as_ref().map(text)),
-        ]),
+        Some(measures) if noise.is_none() => text(measures),
+        _ => keys([("measures", measures.as_ref().map(text)), ("noise", noise.as_ref().map(text))]),
     }
 }
 

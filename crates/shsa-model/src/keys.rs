@@ -3,7 +3,7 @@
 //! The reader and the schema use these tables, and so do the tests of the reference.
 
 use shsa_core::knowledge::{
-    Access, Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, StepsAt, WhenUnsure,
+    Access, Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
 };
 
 /// A top-level section of a model.
@@ -59,8 +59,6 @@ pub enum Form {
     Text,
     /// One of these words.
     Choice(fn() -> Vec<&'static str>),
-    /// `true` or `false`.
-    Flag,
     /// `true` or `false`, or a number or quantity.
     FlagOrText,
     /// One value, or a list of the lowest and the highest.
@@ -195,7 +193,7 @@ pub const SIGNAL: [Key; 25] = [
 ];
 
 /// The keys of a fusion.
-pub const FUSION: [Key; 18] = [
+pub const FUSION: [Key; 14] = [
     formed(
         "method",
         Form::Choice(|| FusionMethod::NAMES.map(|(name, _)| name).into()),
@@ -215,15 +213,6 @@ pub const FUSION: [Key; 18] = [
     span("horizon"),
     span("unknown_after"),
     text("gate", "a share, or `none`", "99.9 %"),
-    span("faults_every"),
-    span("evidence_every"),
-    span("steps_every"),
-    formed(
-        "steps_at",
-        Form::Choice(|| StepsAt::NAMES.map(|(name, _)| name).into()),
-        "`any` or `start`",
-        "start",
-    ),
     formed("witnesses", Form::Choice(|| vec!["all", "none"]), "`all` or `none`", "none"),
     text("faulty", "a number of inputs", "1"),
     text("window", "a number of values", "5"),
@@ -232,23 +221,18 @@ pub const FUSION: [Key; 18] = [
 ];
 
 /// The keys of a state of a fusion.
-pub const FUSION_STATE: [Key; 7] = [
+pub const FUSION_STATE: [Key; 5] = [
     text("unit", "a unit", "m/s"),
     text("initial", "a value", "0"),
     text("spread", "a standard deviation", "10"),
     text("noise", "a standard deviation in a second, or a formula", "0.5"),
     text("transition", "a formula over states, controls and `dt`", "position + speed * dt"),
-    text("jumps", "the standard deviation of a jump", "5"),
-    text("steps", "the standard deviation of a step between two moments", "30"),
 ];
 
 /// The keys of an input of a fusion.
-pub const FUSION_INPUT: [Key; 5] = [
+pub const FUSION_INPUT: [Key; 2] = [
     text("measures", "a formula over states and controls", "speed"),
     text("noise", "a standard deviation, or a formula", "0.1"),
-    text("noisier", "how many times as large its noise may become", "10"),
-    text("outliers", "the standard deviation of an outlier", "20"),
-    formed("stuck", Form::Flag, "`true` or `false`", "true"),
 ];
 
 /// The keys of an output of a fusion.

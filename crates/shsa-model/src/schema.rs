@@ -73,7 +73,6 @@ fn of_form(form: Form) -> Value {
             let choices: Vec<Value> = choices().into_iter().map(Value::from).chain([Value::Null]).collect();
             json!({ "enum": choices })
         }
-        Form::Flag => json!({ "type": ["boolean", "null"] }),
         Form::FlagOrText => json!({ "type": ["boolean", "string", "number", "null"] }),
         Form::Bounds => json!({ "anyOf": [word(), pair()] }),
         Form::Pair => pair(),

@@ -86,21 +86,6 @@ impl FusionMethod {
     }
 }
 
-/// When a state steps between two moments.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum StepsAt {
-    /// At any time between them.
-    #[default]
-    Any,
-    /// Right after the earlier one: whoever records writes down each change of the load before it takes place.
-    Start,
-}
-
-impl StepsAt {
-    /// Every choice and its name in models.
-    pub const NAMES: [(&str, StepsAt); 2] = [("any", StepsAt::Any), ("start", StepsAt::Start)];
-}
-
 /// Several signals fused to new ones. Formulas are in SI; of their symbols the states come first, then the controls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fusion {
@@ -164,10 +149,6 @@ pub struct FusionState {
     pub noise: Formula,
     /// The state `dt` later; over states, controls and `dt`.
     pub transition: Formula,
-    /// Standard deviation of a jump that may happen at any time, SI; `None`: it does not jump.
-    pub jumps: Option<f64>,
-    /// Standard deviation of a step between two moments, SI; `None`: it has only its noise.
-    pub steps: Option<f64>,
 }
 
 /// A measurement of the states.
@@ -181,12 +162,6 @@ pub struct FusionInput {
     pub noise: Option<Formula>,
     /// The turn after which the values repeat, SI.
     pub turn: Option<f64>,
-    /// How many times as large its noise may become at any time; `None`: it does not.
-    pub noisier: Option<f64>,
-    /// Standard deviation of an outlier, SI; `None`: its values are no outliers.
-    pub outliers: Option<f64>,
-    /// Whether it may at any time repeat one value, whatever it should show.
-    pub stuck: bool,
 }
 
 /// A prediction of an input from other inputs.
@@ -229,14 +204,6 @@ pub struct FusionSettings {
     pub unknown_after: Span,
     /// The share of healthy measurements that count; `None` takes all.
     pub gate: Option<f64>,
-    /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier or stuck.
-    pub faults_every: Span,
-    /// For how long the errors of the model are alike: measurements closer in time are less evidence of faults, in proportion.
-    pub evidence_every: Span,
-    /// The mean time between two steps of a state.
-    pub steps_every: Span,
-    /// When a state steps between two moments.
-    pub steps_at: StepsAt,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: usize,
     /// The number of values of a moving average or median.
@@ -265,12 +232,6 @@ pub(crate) fn measured_states<'m>(
 }
 
 impl Fusion {
-    /// The places of the states on which an input depends, now or later.
-    #[must_use]
-    pub fn states_of(&self, input: &FusionInput) -> BTreeSet<usize> {
-        measured_states(&self.states, core::iter::once(&input.measures))
-    }
-
     /// The places of the states that move a state, now or later, and its own.
     #[must_use]
     pub fn moved_by(&self, state: usize) -> BTreeSet<usize> {

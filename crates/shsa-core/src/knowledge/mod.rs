@@ -43,7 +43,7 @@ pub use draft::{
 };
 pub use fusion::{
     Fusion, FusionInput, FusionMethod, FusionOutput, FusionPlaces, FusionPrediction, FusionSettings,
-    FusionState, StepsAt,
+    FusionState,
 };
 pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};

@@ -182,30 +182,10 @@ impl Fusion {
         }
     }
 
-    /// Sets whether a sensor's measurements count from now on. Earlier measurements stay, unless the method has drawn conclusions from
-    /// them: a fault is known some time after it began, so then those within the horizon no longer count.
+    /// Sets whether a sensor's measurements count from now on; earlier ones stay.
     pub fn mask(&mut self, sensor: usize, is_masked: bool) {
-        let Some(masked) = self.masked.get_mut(sensor) else { return };
-        let is_new = is_masked && !*masked;
-        *masked = is_masked;
-        if is_new && self.method.concludes() {
-            self.retract(sensor);
-        }
-    }
-
-    /// Computes the moments within the horizon again, without a sensor's measurements.
-    fn retract(&mut self, sensor: usize) {
-        let since = self.at() - self.options.horizon;
-        let used = self.moments.get_mut(..self.count).unwrap_or(&mut []);
-        let mut first = None;
-        for (place, moment) in used.iter_mut().enumerate().filter(|(_, moment)| moment.at >= since) {
-            if let Some(Some(taken)) = moment.measured.get_mut(sensor) {
-                taken.is_masked = true;
-                first.get_or_insert(place);
-            }
-        }
-        if let Some(first) = first {
-            self.replay(first);
+        if let Some(masked) = self.masked.get_mut(sensor) {
+            *masked = is_masked;
         }
     }
 

@@ -2,11 +2,9 @@
 
 use super::*;
 use crate::formulas::{Draft, Formulas, Sensor, Vocabulary};
-use crate::hypotheses::{Fault, Faults, Hypotheses};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::random::Random;
-use crate::system::Linear;
 use crate::unscented::{Points, Unscented};
 use proptest::prelude::*;
 
@@ -308,41 +306,4 @@ fn a_slow_drift_shows_in_the_mean_of_the_innovations_and_the_others_name_it() {
     assert!(drift > 4.0, "{drift}");
     let far = |sensor: usize| fusion.innovation(sensor).unwrap().1.normalized_square();
     assert!(far(0) > 10.83 && far(1) < 10.83, "{} {} {}", far(0), far(1), far(2));
-}
-
-/// A sensor is found frozen some time after it began to be: what its values have led the hypotheses to is taken back.
-#[test]
-fn what_a_sensor_showed_before_it_was_found_wrong_is_taken_back() {
-    let run = |horizon_s: i64| {
-        let faults = vec![Fault::Jump(1, 5.0)];
-        let method = Box::new(Hypotheses::new(offset_filter(), 2, Faults::together(faults, 1000.0), 20.0));
-        let options = Options {
-            horizon: Span(horizon_s * 1_000_000_000),
-            moments: 64,
-            gate: None,
-            unknown_after: Span::MAX,
-        };
-        let mut fusion = Fusion::new(method, Time(0), 2, 0, options).unwrap();
-        for second in 0..60 {
-            // From 40 on, the second sensor, which has no offset, moves off.
-            let wrong = if second < 40 { 0.0 } else { 4.0 };
-            fusion.mask(1, second >= 55);
-            for (sensor, value) in [(0, 0.0), (1, wrong)] {
-                let at = Time(second * 1_000_000_000);
-                fusion.measure(at, Measurement { sensor, value, variance: None, bound: 0.0 });
-            }
-        }
-        fusion.estimate(Time(60_000_000_000)).unwrap().mean[0].abs()
-    };
-    assert!(run(0) > 2.0, "{}", run(0));
-    assert!(run(20) < 0.3, "{}", run(20));
-}
-
-/// A level that two sensors measure, the first with an offset.
-fn offset_filter() -> Box<dyn Method> {
-    let diagonal = |values: [f64; 2]| Matrix::from_fn(2, 2, |i, j| if i == j { values[i] } else { 0.0 });
-    let h = Matrix::from_fn(2, 2, |sensor, state| if sensor == 0 || state == 0 { 1.0 } else { 0.0 });
-    let (a, b) = (Matrix::identity(2, 2), Matrix::zeros(2, 0));
-    let system = Linear::new(a, b, &h, diagonal([0.01, 1e-6]), diagonal([0.01, 0.04])).unwrap();
-    Box::new(Kalman::new(system, &[0.0, 0.0], &diagonal([1.0, 0.01]), Loss::Square).unwrap())
 }

@@ -2,13 +2,11 @@
 
 use super::each::{Each, Sensor};
 use crate::Error;
-use crate::alternatives::{Alternatives, Outlier};
 use crate::average::{Filling, MovingAverage, Window};
 use crate::bounded::Bounded;
-use crate::continuous::{Continuous, Step};
+use crate::continuous::Continuous;
 use crate::direct::{Faulty, Rule};
 use crate::formulas::{self, Draft};
-use crate::hypotheses::{Fault, Faults, Hypotheses};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::method::Method;
@@ -87,8 +85,9 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         if row == column { deviation * deviation } else { 0.0 }
     });
     let system = || system(knowledge, fusion, false);
-    let kalman =
-        |loss| with_faults(knowledge, fusion, Box::new(Kalman::new(system()?, &mean, &spread, loss)?));
+    let kalman = |loss| -> Result<Box<dyn Method>, Error> {
+        Ok(Box::new(Kalman::new(system()?, &mean, &spread, loss)?))
+    };
     let direct = |rule| each(knowledge, fusion, &rule);
     let settings = &fusion.settings;
     let faulty = Faulty { count: settings.faulty, deviations: REACH };
@@ -105,8 +104,7 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         FusionMethod::Huber => kalman(Loss::Huber(HUBER)),
         FusionMethod::Student => kalman(Loss::Student(STUDENT)),
         FusionMethod::UnscentedKalman => {
-            let filter = Unscented::new(system()?, &mean, &spread, Points::default())?;
-            with_faults(knowledge, fusion, Box::new(filter))
+            Ok(Box::new(Unscented::new(system()?, &mean, &spread, Points::default())?))
         }
         FusionMethod::Particle => {
             let options =
@@ -127,75 +125,6 @@ pub(super) fn bounded(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<
         return Ok(method);
     }
     Ok(Box::new(Bounded::new(method, system(knowledge, fusion, false)?)))
-}
-
-/// The filter with its declared alternatives at each moment and hypotheses of its declared faults, if there are any.
-fn with_faults(
-    knowledge: &KnowledgeBase,
-    fusion: &Fusion,
-    filter: Box<dyn Method>,
-) -> Result<Box<dyn Method>, Error> {
-    let filter = with_alternatives(knowledge, fusion, filter)?;
-    let jumps =
-        fusion.states.iter().enumerate().filter_map(|(at, state)| Some(Fault::Jump(at, state.jumps?)));
-    let inputs = fusion.inputs.iter().enumerate();
-    let noisier = inputs.filter_map(|(at, input)| Some((at, input.noisier?)));
-    // A sensor that shows nothing any more is noisier than any noise that is expected of it.
-    let noisier =
-        noisier.flat_map(|(at, times)| [Fault::Noisier(at, times), Fault::Noisier(at, times * times)]);
-    let inputs = fusion.inputs.iter().enumerate();
-    let stuck = inputs.filter(|(_, input)| input.stuck).map(|(at, _)| Fault::Stuck(at));
-    let faults: Vec<Fault> = jumps.chain(noisier).chain(stuck).collect();
-    Ok(match faults.is_empty() {
-        true => filter,
-        false => {
-            let settings = &fusion.settings;
-            let faults = Faults {
-                groups: groups(fusion, &faults),
-                all: faults,
-                every: settings.faults_every.seconds(),
-                evidence_every: settings.evidence_every.seconds(),
-            };
-            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, settings.unknown_after.seconds()))
-        }
-    })
-}
-
-/// The faults of each input, as bits by their places: its own, and jumps of the states that it measures. Inputs with the same faults are
-/// one group.
-fn groups(fusion: &Fusion, faults: &[Fault]) -> Vec<u64> {
-    let mut groups = Vec::new();
-    for (place, input) in fusion.inputs.iter().enumerate() {
-        let states = fusion.states_of(input);
-        let is_own = |fault: &Fault| match fault {
-            Fault::Jump(state, _) => states.contains(state),
-            Fault::Noisier(sensor, _) | Fault::Stuck(sensor) => *sensor == place,
-        };
-        let own = faults.iter().enumerate().filter(|(_, fault)| is_own(fault));
-        let bits = own.fold(0, |bits, (at, _)| bits | 1 << at);
-        if bits != 0 && !groups.contains(&bits) {
-            groups.push(bits);
-        }
-    }
-    groups
-}
-
-fn with_alternatives(
-    knowledge: &KnowledgeBase,
-    fusion: &Fusion,
-    filter: Box<dyn Method>,
-) -> Result<Box<dyn Method>, Error> {
-    let inputs = fusion.inputs.iter().enumerate();
-    let outliers =
-        inputs.filter_map(|(sensor, input)| Some(Outlier { sensor, deviation: input.outliers? })).collect();
-    let (states, at) = (fusion.states.iter().enumerate(), fusion.settings.steps_at);
-    let steps = states.filter_map(|(state, it)| Some(Step { state, deviation: it.steps?, at })).collect();
-    let (outliers, steps): (Vec<Outlier>, Vec<Step>) = (outliers, steps);
-    if outliers.is_empty() && steps.is_empty() {
-        return Ok(filter);
-    }
-    let (system, every) = (system(knowledge, fusion, false)?, fusion.settings.steps_every.seconds());
-    Ok(Box::new(Alternatives::new(filter, system, outliers, steps, every)))
 }
 
 /// Direct fusion of each state.

@@ -45,7 +45,6 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
         )];
     }
     let mut found = noise::below_zero(knowledge, fusion);
-    found.extend(too_sure(fusion));
     found.extend(without_noise(fusion));
     let Some(Observability { never, without }) = observability(knowledge, fusion) else { return found };
     found.extend(never.iter().map(|state| of_state(fusion, *state)));
@@ -87,26 +86,6 @@ pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Obser
     };
     let without = (0..fusion.inputs.len().min(MOST)).map(&mut without).collect();
     Some(Observability { never, without })
-}
-
-/// Warnings of measured states that may have stepped before the first moment by more than their initial spread. The first value then looks
-/// like an outlier, and so do all after it where another input shows that the state has not stepped since.
-fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
-    let has_outliers = |place: usize| {
-        let inputs = fusion.inputs.iter().filter(|input| input.outliers.is_some());
-        inputs.flat_map(|input| input.measures.symbols()).any(|symbol| symbol.0 as usize == place)
-    };
-    fusion.states.iter().enumerate().filter_map(move |(place, state)| {
-        state.steps.filter(|steps| *steps > state.spread && has_outliers(place))?;
-        let message = format!(
-            "the `spread` with which `{}` begins is smaller than its `steps`: where it has stepped before the first value, all values may \
-             be taken for outliers",
-            state.name
-        );
-        let place = fusion.places.states.get(place).copied().unwrap_or(fusion.places.name);
-        let help = "give it a `spread` of the size of its `steps`";
-        Some(diagnostic(Severity::Warning, place, message, help))
-    })
 }
 
 /// Warnings of the states of a particle filter that no noise moves: their particles get no new values.

@@ -34,7 +34,7 @@ use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
 use uniqueness::Search;
 
-/// The most numbers of the moments that a filter keeps, 32 MiB: with many particles or hypotheses, late values have a shorter horizon.
+/// The most numbers of the moments that a filter keeps, 32 MiB: with many particles, late values have a shorter horizon.
 const MEMORY: usize = 1 << 22;
 /// After this many rejections in a row, other inputs decide about an input.
 const PATIENCE: u32 = 5;

@@ -72,9 +72,6 @@ fn settings(
     let is_filter = !method.is_direct();
     let has_window = matches!(method, FusionMethod::Average | FusionMethod::Median);
     let has_particles = method == FusionMethod::Particle;
-    // Hypotheses of faults take copies of a mean with a covariance.
-    let has_faults = is_filter && !has_particles;
-    const KALMAN: &str = "Kalman filters use";
     let gate = draft.gate.as_ref().filter(is_on);
     let witnesses = draft.witnesses.as_ref().filter(is_on);
     const FILTERS: &str = "Kalman and particle filters use";
@@ -90,21 +87,12 @@ fn settings(
         ("window", draft.window.as_ref(), has_window, "`average` and `median` use"),
         ("particles", draft.particles.as_ref(), has_particles, "`particle` uses"),
         ("seed", draft.seed.as_ref(), has_particles, "`particle` uses"),
-        ("faults_every", draft.faults_every.as_ref(), has_faults, KALMAN),
-        ("evidence_every", draft.evidence_every.as_ref(), has_faults, KALMAN),
-        ("steps_every", draft.steps_every.as_ref(), has_faults, KALMAN),
-        ("steps_at", draft.steps_at.as_ref(), has_faults, KALMAN),
     ];
-    let of_states = draft.states.iter().flat_map(|state| [("jumps", &state.jumps), ("steps", &state.steps)]);
-    let of_inputs = draft.inputs.iter().flat_map(|input| {
-        [("noisier", &input.noisier), ("outliers", &input.outliers), ("stuck", &input.stuck)]
-    });
-    let unusual = of_states.chain(of_inputs).map(move |(key, text)| (key, text.as_ref(), has_faults, KALMAN));
     let confidences = draft.outputs.iter().map(move |output| {
         let is_used = !method.is_of_intervals();
         ("confidence", output.confidence.as_ref(), is_used, "methods that do not intersect intervals use")
     });
-    of_fusion.into_iter().chain(confidences).chain(unusual)
+    of_fusion.into_iter().chain(confidences)
 }
 
 fn diagnostic(severity: Severity, text: &Text, message: &str, help: &str) -> Diagnostic {

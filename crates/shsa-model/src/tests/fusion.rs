@@ -1,7 +1,7 @@
 //! Fusions: errors are reported at their place, and the origins of states are found.
 
 use super::{brief, check, loaded};
-use shsa_core::knowledge::{FusionMethod, KnowledgeBase, StepsAt};
+use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
 
 const PLANT: &str = "variables: { position: { unit: m }, speed: { unit: m/s } }
 signals:
@@ -51,16 +51,6 @@ fn particles_that_nothing_observes_are_reported() {
     let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
     let found = brief(&loaded(&text.replace("method: kalman", "method: particle")));
     assert!(found.contains("nothing observes `position`: its particles get fewer ancestors"), "{found}");
-}
-
-#[test]
-fn when_a_state_steps_is_a_known_word() {
-    let text = plant("    method: kalman", "    method: kalman\n    steps_at: end");
-    check(&text, "9:15 error: `end` is neither `any` nor `start` (write `steps_at: start`)");
-    let text =
-        plant("    method: kalman", "    method: kalman\n    steps_at: start\n    evidence_every: 2 s");
-    let settings = knowledge(&text).fusions()[0].settings;
-    assert_eq!((settings.steps_at, settings.evidence_every.seconds()), (StepsAt::Start, 2.0));
 }
 
 #[test]
@@ -144,23 +134,6 @@ fn noise_that_can_be_below_zero_is_reported() {
     assert_eq!(warned("0.25 * speed").as_deref(), Some(expected));
     assert_eq!(warned("0.1 m/s + 0.2 * abs(speed)"), None);
     assert_eq!(warned("1 m/s + 0.25 * speed"), None);
-}
-
-/// Where a state may be a step away when the filter begins, all its values may be taken for outliers.
-#[test]
-fn a_state_that_may_have_stepped_before_is_reported() {
-    let warned = |spread: &str, odom: &str| {
-        let text = plant("speed: { spread: 3,", &format!("speed: {{ spread: {spread}, steps: 5 m/s,"));
-        let text = text.replace("/odom: speed }", &format!("/odom: {odom} }}"));
-        let text = text.replace("fusion:", "  /lidar: { variable: position, value_error: 1 }\nfusion:");
-        let found = brief(&loaded(&text));
-        found.lines().find(|line| line.contains("outliers")).map(str::to_owned)
-    };
-    let expected = "12:7 warning: the `spread` with which `speed` begins is smaller than its `steps`: where it has stepped before the first value, all values may be taken for outliers (give it a `spread` of the size of its `steps`)";
-    assert_eq!(warned("3", "{ measures: speed, outliers: 20 m/s }").as_deref(), Some(expected));
-    assert_eq!(warned("5", "{ measures: speed, outliers: 20 m/s }"), None);
-    assert_eq!(warned("3", "speed"), None);
-    assert_eq!(warned("3", "speed, /lidar: { measures: position, outliers: 20 m }"), None);
 }
 
 #[test]

@@ -28,14 +28,6 @@ pub struct FusionDraft {
     pub gate: Option<Text>,
     /// `all` or `none`: whether each input is predicted by the others.
     pub witnesses: Option<Text>,
-    /// The mean time between two faults of a kind.
-    pub faults_every: Option<Text>,
-    /// For how long the errors of the model are alike.
-    pub evidence_every: Option<Text>,
-    /// The mean time between two steps of a state.
-    pub steps_every: Option<Text>,
-    /// `any` or `start`: when a state steps between two moments.
-    pub steps_at: Option<Text>,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: Option<Text>,
     /// The number of values of a moving average or median.
@@ -61,10 +53,6 @@ pub struct FusionStateDraft {
     pub noise: Option<Text>,
     /// The state `dt` later, a formula over states and controls; unchanged when absent.
     pub transition: Option<Text>,
-    /// Standard deviation of a jump that may happen at any time.
-    pub jumps: Option<Text>,
-    /// Standard deviation of a step between two moments.
-    pub steps: Option<Text>,
 }
 
 /// A measurement of the states.
@@ -76,12 +64,6 @@ pub struct FusionInputDraft {
     pub measures: Option<Text>,
     /// Standard deviation of the noise; the signal's noise when absent.
     pub noise: Option<Text>,
-    /// How many times as large its noise may become at any time.
-    pub noisier: Option<Text>,
-    /// Standard deviation of an outlier.
-    pub outliers: Option<Text>,
-    /// Whether it may at any time repeat one value.
-    pub stuck: Option<Text>,
 }
 
 /// A new signal.
@@ -110,10 +92,6 @@ impl FusionDraft {
             &mut self.unknown_after,
             &mut self.gate,
             &mut self.witnesses,
-            &mut self.faults_every,
-            &mut self.evidence_every,
-            &mut self.steps_every,
-            &mut self.steps_at,
             &mut self.faulty,
             &mut self.window,
             &mut self.particles,
@@ -122,22 +100,13 @@ impl FusionDraft {
         settings.into_iter().flatten().for_each(&mut *each);
         for it in &mut self.states {
             each(&mut it.name);
-            let texts = [
-                &mut it.unit,
-                &mut it.initial,
-                &mut it.spread,
-                &mut it.noise,
-                &mut it.transition,
-                &mut it.jumps,
-                &mut it.steps,
-            ];
+            let texts = [&mut it.unit, &mut it.initial, &mut it.spread, &mut it.noise, &mut it.transition];
             texts.into_iter().flatten().for_each(&mut *each);
         }
         self.controls.iter_mut().flat_map(|(name, signal)| [name, signal]).for_each(&mut *each);
         for it in &mut self.inputs {
             each(&mut it.name);
-            let texts = [&mut it.measures, &mut it.noise, &mut it.noisier, &mut it.outliers, &mut it.stuck];
-            texts.into_iter().flatten().for_each(&mut *each);
+            [&mut it.measures, &mut it.noise].into_iter().flatten().for_each(&mut *each);
         }
         for it in &mut self.outputs {
             each(&mut it.name);

@@ -22,8 +22,6 @@ use parts::Parts;
 
 /// The largest number of states, inputs or outputs of a fusion: a step of a Kalman filter with this many states takes a second.
 const MOST: usize = 64;
-/// The most faults that a fusion considers: a filter with a copy for each takes as many times as long.
-const MOST_FAULTS: usize = 16;
 
 /// Up to this many inputs, each is also predicted without each other one, so that of two inputs the wrong one can be isolated.
 const MOST_PAIRED: usize = 6;
@@ -126,18 +124,6 @@ fn fusion(
     let outputs = parts.outputs(problems, draft);
     let mut settings = settings::settings(problems, draft)?;
     let (method, controls, states, (inputs, places)) = (method?, controls?, states?, inputs?);
-    let faults = states.iter().filter(|it| it.jumps.is_some()).count()
-        + inputs
-            .iter()
-            .map(|it| 2 * usize::from(it.noisier.is_some()) + usize::from(it.stuck))
-            .sum::<usize>();
-    if faults > MOST_FAULTS {
-        let message = format!(
-            "{faults} faults are considered, `jumps`, `stuck` and twice `noisier`, and a fusion may have {MOST_FAULTS}"
-        );
-        problems.error(&draft.name, message, "keep those of the sensors that fail most often");
-        return None;
-    }
     let pace = inputs.iter().map(|it| readable.pace(it.signal, signals)).sum();
     settings.moments = settings::moments(settings.horizon, pace);
     let mut origins: Vec<SignalId> =

@@ -1,7 +1,7 @@
 //! States, controls, inputs and outputs of a fusion.
 
 use super::scope::Local;
-use super::settings::{share, times};
+use super::settings::share;
 use super::{Readable, required};
 use crate::expression::{self, Checked, Constant, Formula, Problem, check, is_reserved, parse_expression};
 use crate::interval::Interval;
@@ -106,11 +106,6 @@ impl Parts<'_> {
             None => Some(Formula::symbol(expression::Symbol(place as u32), expression::Shape::Scalar)),
             Some(text) => self.checked(problems, text, unit, true),
         };
-        let deviation = |problems: &mut Problems, text: &Option<Text>| match text {
-            None => Some(None),
-            Some(text) => self.deviation(problems, text, unit).map(Some),
-        };
-        let (jumps, steps) = (deviation(problems, &draft.jumps), deviation(problems, &draft.steps));
         let of_variable = self.local.model.variables.find(&draft.name.text);
         Some(FusionState {
             name: draft.name.text.clone(),
@@ -120,8 +115,6 @@ impl Parts<'_> {
             spread: spread?,
             noise: noise?,
             transition: transition?,
-            jumps: jumps?,
-            steps: steps?,
         })
     }
 
@@ -204,24 +197,7 @@ impl Parts<'_> {
             let message = format!("nothing says how wrong `{}` may be", carried.name);
             problems.warn(&draft.name, message, "give it a `noise`, or the signal a `noise` or `value_error`: what brings no interval with it does not count");
         }
-        let noisier = match &draft.noisier {
-            None => Some(None),
-            Some(text) => times(problems, text).map(Some),
-        };
-        let outliers = match &draft.outliers {
-            None => Some(None),
-            Some(text) => self.deviation(problems, text, variable.unit.as_ref()).map(Some),
-        };
-        let stuck = draft.stuck.as_ref().map_or(Some(false), |text| flag(problems, text, "stuck"));
-        Some(FusionInput {
-            signal,
-            measures: measures?,
-            noise: noise?,
-            turn: variable.wraps,
-            noisier: noisier?,
-            outliers: outliers?,
-            stuck: stuck?,
-        })
+        Some(FusionInput { signal, measures: measures?, noise: noise?, turn: variable.wraps })
     }
 
     pub(super) fn outputs(
@@ -321,17 +297,4 @@ impl Parts<'_> {
 
 fn number(value: f64) -> Formula {
     Formula::constant(Constant { value, bounds: Interval::point(value) })
-}
-
-/// Reads `true` or `false`.
-fn flag(problems: &mut Problems, text: &Text, key: &str) -> Option<bool> {
-    match text.text.as_str() {
-        "true" => Some(true),
-        "false" => Some(false),
-        other => {
-            let message = format!("`{other}` is neither `true` nor `false`");
-            problems.error(text, message, format!("write `{key}: true`, or leave it away"));
-            None
-        }
-    }
 }

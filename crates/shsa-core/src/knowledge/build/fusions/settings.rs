@@ -1,9 +1,9 @@
 //! Reads the settings of a fusion.
 
+use crate::knowledge::FusionSettings;
 use crate::knowledge::build::problems::Problems;
 use crate::knowledge::build::quantity;
 use crate::knowledge::draft::{FusionDraft, Text};
-use crate::knowledge::{FusionSettings, StepsAt};
 use crate::time::Span;
 use alloc::format;
 use core::ops::RangeInclusive;
@@ -12,10 +12,6 @@ use core::ops::RangeInclusive;
 const HORIZON: Span = Span::from_millis(500);
 /// Vehicles bridge tunnels and blocked wheels by a dead reckoning of some seconds.
 const UNKNOWN_AFTER: Span = Span::from_millis(2_000);
-/// A sensor that fails twice a week is replaced.
-const FAULTS_EVERY: Span = Span::from_millis(100 * 3_600_000);
-/// A load is switched a few times an hour.
-const STEPS_EVERY: Span = Span::from_millis(10 * 60_000);
 /// The share of healthy measurements that the gate accepts by default.
 const GATE: f64 = 0.999;
 const WINDOW: f64 = 5.0;
@@ -25,10 +21,6 @@ const MOMENTS: (f64, f64) = (8.0, 512.0);
 
 /// Every setting with its default; `None` when one is wrong.
 pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<FusionSettings> {
-    let span = |problems: &mut Problems, text: &Option<Text>, usual: Span| match text {
-        None => Some(usual),
-        Some(text) => positive(problems, text),
-    };
     let period = match &draft.period {
         None => Some(None),
         Some(text) => positive(problems, text).map(Some),
@@ -37,14 +29,10 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         None => Some(HORIZON),
         Some(text) => quantity::span(problems, text),
     };
-    let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
-    let faults_every = span(problems, &draft.faults_every, FAULTS_EVERY);
-    let evidence_every = match &draft.evidence_every {
-        None => Some(Span::ZERO),
-        Some(text) => quantity::span(problems, text),
+    let unknown_after = match &draft.unknown_after {
+        None => Some(UNKNOWN_AFTER),
+        Some(text) => positive(problems, text),
     };
-    let steps_every = span(problems, &draft.steps_every, STEPS_EVERY);
-    let steps_at = steps_at(problems, draft.steps_at.as_ref());
     let gate = gate(problems, draft.gate.as_ref());
     let faulty = count(problems, draft.faulty.as_ref(), 1.0, 0.0..=63.0);
     let window = count(problems, draft.window.as_ref(), WINDOW, 1.0..=1_000.0);
@@ -56,10 +44,6 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         moments: 1,
         unknown_after: unknown_after?,
         gate: gate?,
-        faults_every: faults_every?,
-        evidence_every: evidence_every?,
-        steps_every: steps_every?,
-        steps_at: steps_at?,
         faulty: faulty? as usize,
         window: window? as usize,
         particles: particles? as usize,
@@ -70,16 +54,6 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
 /// The number of moments within the horizon, estimated generously from the number of values in a second.
 pub(super) fn moments(horizon: Span, pace: f64) -> usize {
     (1.5 * pace * horizon.seconds() + MOMENTS.0).min(MOMENTS.1) as usize
-}
-
-fn steps_at(problems: &mut Problems, text: Option<&Text>) -> Option<StepsAt> {
-    let Some(text) = text else { return Some(StepsAt::default()) };
-    let known = StepsAt::NAMES.into_iter().find(|(name, _)| *name == text.text);
-    if known.is_none() {
-        let message = format!("`{}` is neither `any` nor `start`", text.text);
-        problems.error(text, message, "write `steps_at: start`");
-    }
-    known.map(|(_, at)| at)
 }
 
 /// Whether inputs are predicted by the others.
@@ -118,20 +92,6 @@ pub(super) fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
         return Some(read);
     }
     problems.error(text, format!("`{}` is no share between 0 and 1", text.text), "write it like `99 %`");
-    None
-}
-
-/// How many times as large the noise of an input may become.
-pub(super) fn times(problems: &mut Problems, text: &Text) -> Option<f64> {
-    let read = quantity::number(problems, text)?;
-    if read > 1.0 && read <= 1e6 {
-        return Some(read);
-    }
-    problems.error(
-        text,
-        format!("`{}` is not above 1, and at most 1000000", text.text),
-        "write how many times as noisy it may become: `10`",
-    );
     None
 }
 
