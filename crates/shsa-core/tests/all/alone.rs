@@ -1,17 +1,12 @@
 //! A source whose witnesses have never spoken may lie from the start: it is at most uncertain, however often and late it speaks.
 
+use crate::driven::{Driven, MS, knowledge, need, rate, signal, variable};
 use proptest::prelude::*;
-use shsa_core::engine::{Engine, Input, Options, Output, Publication, Quality};
-use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build};
-use shsa_core::observation::{Observation, RawValue};
+use shsa_core::engine::{Publication, Quality};
+use shsa_core::knowledge::{Draft, SignalDraft};
 use shsa_core::time::{Span, Time};
 
-const MS: i64 = 1_000_000;
 const END_MS: i64 = 20_000;
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 #[derive(Clone, Debug)]
 struct Sensor {
@@ -23,53 +18,34 @@ struct Sensor {
     until_ms: i64,
 }
 
-fn engine(sensors: &[Sensor], max_age_ms: i64) -> Engine {
+fn driven(sensors: &[Sensor], max_age_ms: i64) -> Driven {
     let signal = |(at, sensor): (usize, &Sensor)| SignalDraft {
-        name: text(format!("s{at}")),
-        variable: Some(text("v")),
-        rate: sensor.is_rated.then(|| text(format!("{} Hz", 1_000.0 / sensor.period_ms as f64))),
-        value_error: Some(Bounds::One(text("0.1"))),
-        ..SignalDraft::default()
+        rate: sensor.is_rated.then(|| rate(sensor.period_ms)),
+        ..signal(format!("s{at}"), "v", "0.1")
     };
-    let max_age = Some(text(format!("{max_age_ms} ms")));
-    let draft = Draft {
-        variables: vec![VariableDraft { name: text("v"), ..VariableDraft::default() }],
+    Driven::new(knowledge(&Draft {
+        variables: vec![variable("v")],
         signals: sensors.iter().enumerate().map(signal).collect(),
-        needs: vec![NeedDraft { variable: text("v"), max_age, ..NeedDraft::default() }],
+        needs: vec![need("v", max_age_ms)],
         ..Draft::default()
-    };
-    Engine::new(build(&draft).0, Options::default())
+    }))
 }
 
 /// All publications while the first sensor is always wrong.
 fn run(sensors: &[Sensor], max_age_ms: i64) -> Vec<Publication> {
-    let mut engine = engine(sensors, max_age_ms);
-    let mut published = Vec::new();
-    let mut listen = |engine: &mut Engine| {
-        let publications = std::iter::from_fn(|| engine.poll()).filter_map(|output| match output {
-            Output::Publication(publication) => Some(publication),
-            _ => None,
-        });
-        published.extend(publications);
-    };
+    let mut driven = driven(sensors, max_age_ms);
     for ms in 0..END_MS {
         let now = Time(ms * MS);
-        while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-            engine.handle(Input::Tick(due));
-            listen(&mut engine);
-        }
+        driven.pass(now);
         for (at, sensor) in sensors.iter().enumerate() {
             let speaks = (sensor.from_ms..sensor.until_ms).contains(&ms);
             if speaks && (ms - sensor.from_ms) % sensor.period_ms == 0 {
-                let value = RawValue::Number(if at == 0 { 7.0 } else { 3.0 });
-                let signal = SignalId::from_index(at);
-                engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
-                engine.handle(Input::Tick(now));
-                listen(&mut engine);
+                driven.give(at, (now, now), if at == 0 { 7.0 } else { 3.0 });
+                driven.tick(now);
             }
         }
     }
-    published
+    driven.publications().collect()
 }
 
 fn liar() -> impl Strategy<Value = Sensor> {

@@ -1,22 +1,17 @@
 //! A sound source that sends its values in batches, as gateways and radio links do: where the need can wait for a batch, it settles on
 //! one source, and stamps never go back.
 
+use crate::driven::{Driven, MS, knowledge, need, rate, signal, variable};
 use proptest::prelude::*;
-use shsa_core::engine::{Engine, Input, Options, Output, Publication};
-use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build};
-use shsa_core::observation::{Observation, RawValue};
+use shsa_core::engine::Publication;
+use shsa_core::knowledge::{Draft, SignalDraft};
 use shsa_core::time::Time;
 
-const MS: i64 = 1_000_000;
 /// What is usual of a batch is known by then.
 const SETTLED_MS: i64 = 120_000;
 const END_MS: i64 = 180_000;
 /// How late a batch may be.
 const LATEST_MS: i64 = 60;
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 /// A sensor that reads in its period, and sends when it has read so many values.
 #[derive(Clone, Debug)]
@@ -72,30 +67,21 @@ fn batched(sizes: impl Strategy<Value = Vec<usize>>) -> impl Strategy<Value = Se
     })
 }
 
-fn engine(sensors: &[Sensor], max_age_ms: i64) -> Engine {
+fn driven(sensors: &[Sensor], max_age_ms: i64) -> Driven {
     let signal = |(at, sensor): (usize, &Sensor)| SignalDraft {
-        name: text(format!("s{at}")),
-        variable: Some(text("v")),
-        rate: sensor.is_declared.then(|| text(format!("{} Hz", 1_000.0 / sensor.period_ms as f64))),
-        value_error: Some(Bounds::One(text("0.1"))),
-        ..SignalDraft::default()
+        rate: sensor.is_declared.then(|| rate(sensor.period_ms)),
+        ..signal(format!("s{at}"), "v", "0.1")
     };
-    let need = NeedDraft {
-        variable: text("v"),
-        max_age: Some(text(format!("{max_age_ms} ms"))),
-        ..NeedDraft::default()
-    };
-    let draft = Draft {
-        variables: vec![VariableDraft { name: text("v"), ..VariableDraft::default() }],
+    Driven::new(knowledge(&Draft {
+        variables: vec![variable("v")],
         signals: sensors.iter().enumerate().map(signal).collect(),
-        needs: vec![need],
+        needs: vec![need("v", max_age_ms)],
         ..Draft::default()
-    };
-    Engine::new(build(&draft).0, Options::default())
+    }))
 }
 
 fn run(sensors: &[Sensor], max_age_ms: i64) -> Vec<Publication> {
-    let mut engine = engine(sensors, max_age_ms);
+    let mut driven = driven(sensors, max_age_ms);
     let mut arrivals: Vec<(i64, i64, usize)> = Vec::new();
     for (at, sensor) in sensors.iter().enumerate() {
         let of = |(read, sent): (i64, i64)| (sent, if sensor.is_stamped { read } else { sent }, at);
@@ -103,7 +89,6 @@ fn run(sensors: &[Sensor], max_age_ms: i64) -> Vec<Publication> {
     }
     arrivals.retain(|(sent, ..)| *sent <= END_MS);
     arrivals.sort_by_key(|(sent, ..)| *sent);
-    let mut published = Vec::new();
     let (mut before, mut number) = (0, 0);
     for (sent, stamp, at) in arrivals {
         // What comes together comes one after the other, 0.1 ms apart.
@@ -111,23 +96,11 @@ fn run(sensors: &[Sensor], max_age_ms: i64) -> Vec<Publication> {
         before = sent;
         let now = Time(sent * MS + number * MS / 100);
         let stamp = if sensors[at].is_stamped { Time(stamp * MS) } else { now };
-        while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-            engine.handle(Input::Tick(due));
-        }
-        let value = RawValue::Number(3.0 + 0.01 * ((sent % 17) as f64));
-        engine.handle(Input::Observation(Observation {
-            signal: SignalId::from_index(at),
-            stamp,
-            received: now,
-            value,
-        }));
-        engine.handle(Input::Tick(now));
-        published.extend(std::iter::from_fn(|| engine.poll()).filter_map(|output| match output {
-            Output::Publication(publication) => Some(publication),
-            _ => None,
-        }));
+        driven.pass(now);
+        driven.give(at, (stamp, now), 3.0 + 0.01 * ((sent % 17) as f64));
+        driven.tick(now);
     }
-    published
+    driven.publications().collect()
 }
 
 /// Checks the stamps and the gaps of all values; returns the values after two minutes that another source gave than the one before.

@@ -1,12 +1,13 @@
 //! Faults of a signal's own readings: each detector compared with its definition over the whole past, no false alarms,
 //! independence of the order within a moment, and outliers that are neither published nor locked in.
 
+use crate::driven::text;
 use proptest::prelude::*;
 use shsa_core::alignment::Counts;
 use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
-    Bounds, Draft, Id, KnowledgeBase, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build,
+    Bounds, Draft, Id, KnowledgeBase, NeedDraft, SignalDraft, SignalId, VariableDraft, build,
 };
 use shsa_core::monitor::Symptom;
 use shsa_core::observation::{Observation, RawValue};
@@ -18,10 +19,6 @@ use shsa_core::trust::Verdict;
 pub(super) const PERIOD: i64 = 200_000_000;
 pub(super) const MAX_RATE: f64 = 2.0;
 pub(super) const ERROR: f64 = 0.1;
-
-fn text(text: &str) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 fn knowledge() -> KnowledgeBase {
     let signal = SignalDraft {

@@ -1,19 +1,14 @@
 //! A signal that is sent on change and has no timeout: it is silent when nothing of one of its devices has spoken for the longest timeout
 //! there, and back with its next value.
 
+use crate::driven::{Driven, MS, knowledge, text, variable};
 use proptest::prelude::*;
-use shsa_core::engine::{Engine, EventKind, Input, Options, Output};
-use shsa_core::knowledge::{Draft, Id, SignalDraft, SignalId, Text, VariableDraft, build};
-use shsa_core::observation::{Observation, RawValue};
+use shsa_core::engine::{EventKind, Output};
+use shsa_core::knowledge::{Draft, Id, SignalDraft, SignalId};
 use shsa_core::time::Time;
 use std::collections::BTreeSet;
 
-const MS: i64 = 1_000_000;
 const END_MS: i64 = 60_000;
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 /// The timeout of each signal but the first, in milliseconds, and the devices of all: the first has both.
 #[derive(Clone, Debug)]
@@ -53,37 +48,23 @@ fn decided(plant: &Plant) -> Vec<(i64, bool)> {
         shares: vec![device(*of)],
         ..SignalDraft::default()
     };
-    let variable = |at: usize| VariableDraft { name: text(format!("v{at}")), ..VariableDraft::default() };
-    let draft = Draft {
-        variables: (0..=plant.others.len()).map(variable).collect(),
+    let mut driven = Driven::new(knowledge(&Draft {
+        variables: (0..=plant.others.len()).map(|at| variable(format!("v{at}"))).collect(),
         signals: std::iter::once(first).chain(plant.others.iter().enumerate().map(other)).collect(),
         ..Draft::default()
-    };
-    let mut engine = Engine::new(build(&draft).0, Options::default());
-    let mut decided = Vec::new();
-    let mut handle = |engine: &mut Engine, input: Input| {
-        engine.handle(input);
-        while let Some(output) = engine.poll() {
-            if let Output::Event(event) = output
-                && event.signal == Some(SignalId::from_index(0))
-            {
-                decided.push((event.time.0 / MS, event.kind == EventKind::Silent));
-            }
-        }
-    };
-    let ends = plant.spoken.iter().copied().map(Some).chain([None]);
-    for spoken in ends {
-        let now = Time(MS * spoken.map_or(2 * END_MS, |(at, _)| at));
-        while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-            handle(&mut engine, Input::Tick(due));
-        }
-        let Some((_, who)) = spoken else { break };
-        let signal = SignalId::from_index(who);
-        let value = RawValue::Number(1.0);
-        handle(&mut engine, Input::Observation(Observation { signal, stamp: now, received: now, value }));
-        handle(&mut engine, Input::Tick(now));
+    }));
+    for (at, who) in &plant.spoken {
+        let now = Time(MS * at);
+        driven.pass(now);
+        driven.give(*who, (now, now), 1.0);
+        driven.tick(now);
     }
-    decided
+    driven.pass(Time(2 * END_MS * MS));
+    let events = driven.outputs().filter_map(|output| match output {
+        Output::Event(event) if event.signal == Some(SignalId::from_index(0)) => Some(event),
+        _ => None,
+    });
+    events.map(|event| (event.time.0 / MS, event.kind == EventKind::Silent)).collect()
 }
 
 /// When the first signal falls silent, by the definition, looked at each millisecond from the first value of anybody on.

@@ -3,6 +3,7 @@
 //! A fault is detectable when its equation is in the overdetermined part, and isolable from another one when it still is there
 //! without the other's equation (Krysander and Frisk 2008, doi:10.1109/TSMCA.2008.2001048).
 
+use crate::driven::text;
 use crate::plan_support::Random;
 use shsa_core::analysis::{Analysis, Gap, Obstacle, Options, analyze};
 use shsa_core::engine::{Engine, WatchBudget};
@@ -27,10 +28,6 @@ struct Row {
     variables: Vec<usize>,
     /// The variables that the equation is solved for.
     solved_for: Vec<usize>,
-}
-
-fn text(text: String) -> Text {
-    Text { text, ..Text::default() }
 }
 
 fn names(places: &[usize]) -> Vec<Text> {

@@ -1,13 +1,14 @@
 //! Variables that relations learn: within bounds, while all that they rest on is trusted, over restarts and reloads.
 
 use crate::cell;
+use crate::driven::text;
 use crate::models::{self, System};
 use proptest::prelude::*;
 use shsa_core::engine::{Engine, Event, EventKind, Input, LearnedNow, Options, Order, Output, Subject};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, Severity, SignalDraft, SignalId,
-    Text, VariableDraft, build,
+    VariableDraft, build,
 };
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
@@ -133,10 +134,6 @@ fn an_order_to_clear_the_relation_forgets_what_was_learned() {
     assert!(run.learned().set.contains(0.030));
     run.drive(61, 60, 0, 0.0);
     assert!(is_found(run.learned().set, 0.0025), "{:?}", run.learned());
-}
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
 }
 
 /// Two levels that differ by an offset, which is learned, and the rate of the first one.

@@ -1,15 +1,11 @@
 //! How many signals may lie together, beside exact numbers.
 
+use crate::driven::text;
 use proptest::prelude::*;
 use shsa_core::analysis::{Liar, Options, Withstands, liars};
 use shsa_core::knowledge::{
-    BodyDraft, Draft, Id, KnowledgeBase, NeedDraft, NeedId, RelationDraft, SignalDraft, Text, VariableDraft,
-    build,
+    BodyDraft, Draft, Id, KnowledgeBase, NeedDraft, NeedId, RelationDraft, SignalDraft, VariableDraft, build,
 };
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 /// A linear system: the number of sensors of each variable, and equations by the factor of each variable. The need is of the first one.
 #[derive(Clone, Debug)]

@@ -15,6 +15,7 @@ mod models;
 mod plan_support;
 
 mod seeds;
+mod driven;
 
 mod interval;
 

@@ -1,20 +1,17 @@
 //! Many sensors of one variable: comparing each with some others isolates faulty sensors as well as comparing all pairs.
 
+use crate::driven::text;
 use proptest::prelude::*;
 use shsa_core::engine::{Engine, Input, Options};
-use shsa_core::knowledge::{Bounds, Draft, Id, SignalDraft, SignalId, Text, VariableDraft, build};
+use shsa_core::knowledge::{Bounds, Draft, Id, SignalDraft, SignalId, VariableDraft, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use shsa_core::trust::Verdict;
 
-fn text(of: &str) -> Text {
-    Text { text: of.to_owned(), ..Text::default() }
-}
-
 /// An engine with this many sensors at 1 Hz with an error of 0.3.
 fn engine(count: usize) -> Engine {
     let signal = |at| SignalDraft {
-        name: text(&format!("s{at}")),
+        name: text(format!("s{at}")),
         variable: Some(text("x")),
         rate: Some(text("1 Hz")),
         value_error: Some(Bounds::One(text("0.3"))),

@@ -2,6 +2,7 @@
 
 mod unsure;
 
+use crate::driven::text;
 use proptest::prelude::*;
 use shsa_core::engine::{
     Engine, Event, EventKind, Input, Options, Output, Publication, PublishedValue, Quality,
@@ -9,16 +10,12 @@ use shsa_core::engine::{
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, NeedId, RelationDraft, Severity, SignalDraft,
-    Text, VariableDraft, build,
+    VariableDraft, build,
 };
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::plan::{Graph, Limits, Requirements, best_meeting};
 use shsa_core::reason::{Reason, ServedBy};
 use shsa_core::time::{Span, Time};
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 const MS: i64 = 1_000_000;
 const LEVELS: [&str; 4] = ["A", "B", "C", "D"];

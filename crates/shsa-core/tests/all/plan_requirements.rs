@@ -1,8 +1,9 @@
 //! Searches with requirements, compared with the oracle filtered by the exact check.
 
+use crate::driven::text;
 use crate::plan_support::Random;
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, KnowledgeBase, RelationDraft, SignalDraft, SignalId, Text, VariableDraft, build,
+    BodyDraft, Bounds, Draft, KnowledgeBase, RelationDraft, SignalDraft, SignalId, VariableDraft, build,
 };
 use shsa_core::plan::{
     BestFirst, Contingency, Graph, Limits, Options, Preparation, Requirements, Shortfall, StopReason,
@@ -12,10 +13,6 @@ use shsa_core::reason::Reason;
 use shsa_core::time::Span;
 
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 fn equation(name: String, output: &str, right: String) -> RelationDraft {
     RelationDraft {

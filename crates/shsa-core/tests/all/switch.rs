@@ -1,7 +1,8 @@
 //! How soon a source is replaced: at its deadline or with its first wrong value, by the known value of the next one.
 
+use crate::driven::text;
 use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedValue, Quality};
-use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build};
+use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, VariableDraft, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 use std::ops::Range;
@@ -11,10 +12,6 @@ const MS: i64 = 1_000_000;
 const PERIOD_MS: i64 = 99;
 /// The first signal is wrong from this time on.
 const BREAKS_MS: i64 = 5_000;
-
-fn text(text: &str) -> Text {
-    Text { text: text.to_owned(), ..Text::default() }
-}
 
 fn engine() -> Engine {
     let signal = |name: &str| SignalDraft {

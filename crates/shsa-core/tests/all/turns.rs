@@ -1,24 +1,16 @@
 //! One source at a time gives the values of a need, under its own name, whatever fails together: stamps never go back, no two
 //! values are closer than the periods of their sources, and what events say of a source is true.
 
+use crate::driven::{Driven, MS, knowledge, need, rate, signal, text, variable};
 use proptest::prelude::*;
-use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication, PublishedValue, Quality};
-use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, Id, NeedDraft, RelationDraft, Severity, SignalDraft, SignalId, Text,
-    VariableDraft, build,
-};
-use shsa_core::observation::{Observation, RawValue};
+use shsa_core::engine::{Event, Input, Output, Publication, PublishedValue, Quality};
+use shsa_core::knowledge::{BodyDraft, Draft, NeedDraft, RelationDraft, SignalDraft, Text, VariableDraft};
 use shsa_core::order::{Order, Subject};
 use shsa_core::reason::{Reason, ServedBy};
 use shsa_core::time::Time;
 
-const MS: i64 = 1_000_000;
 const MAX_AGE_MS: i64 = 2_000;
 const END_MS: i64 = 20_000;
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 /// A sensor of the variable, with what happens to it.
 #[derive(Clone, Debug)]
@@ -80,29 +72,17 @@ fn world() -> impl Strategy<Value = World> {
     )
 }
 
-fn engine(sensors: &[Sensor]) -> Engine {
+fn driven(sensors: &[Sensor]) -> Driven {
     let signal = |(at, sensor): (usize, &Sensor)| SignalDraft {
-        name: text(format!("s{at}")),
-        variable: Some(text("v")),
-        rate: Some(text(format!("{} Hz", 1_000.0 / sensor.period_ms as f64))),
-        value_error: Some(Bounds::One(text(format!("{}", Sensor::error(at))))),
-        ..SignalDraft::default()
+        rate: Some(rate(sensor.period_ms)),
+        ..signal(format!("s{at}"), "v", Sensor::error(at).to_string())
     };
-    let v = VariableDraft { name: text("v"), max_rate: Some(text("1")), ..VariableDraft::default() };
-    let need = NeedDraft {
-        variable: text("v"),
-        max_age: Some(text(format!("{MAX_AGE_MS} ms"))),
-        when_unsure: Some(text("withhold")),
-        ..NeedDraft::default()
-    };
-    let (knowledge, problems) = build(&Draft {
-        variables: vec![v],
+    Driven::new(knowledge(&Draft {
+        variables: vec![VariableDraft { max_rate: Some(text("1")), ..variable("v") }],
         signals: sensors.iter().enumerate().map(signal).collect(),
-        needs: vec![need],
+        needs: vec![NeedDraft { when_unsure: Some(text("withhold")), ..need("v", MAX_AGE_MS) }],
         ..Draft::default()
-    });
-    assert!(problems.iter().all(|it| it.severity != Severity::Error), "{problems:?}");
-    Engine::new(knowledge, Options::default())
+    }))
 }
 
 /// A reading: of which sensor, its stamp, and the value.
@@ -110,8 +90,7 @@ type Given = (usize, i64, f64);
 
 /// Everything that was given, and that came out.
 fn run(sensors: &[Sensor], world: World) -> (Vec<Given>, Vec<Output>) {
-    let (mut engine, mut outputs, mut given, mut held) =
-        (engine(sensors), Vec::new(), Vec::new(), Vec::new());
+    let (mut driven, mut given, mut held) = (driven(sensors), Vec::new(), Vec::new());
     for ms in 0..END_MS {
         for (at, sensor) in sensors.iter().enumerate().filter(|(_, it)| it.reads(ms) && !it.is_silent(ms)) {
             let right = 0.3 * (ms as f64 / 1_000.0).sin();
@@ -125,21 +104,12 @@ fn run(sensors: &[Sensor], world: World) -> (Vec<Given>, Vec<Output>) {
             // What was held up comes in a burst. No two are stamped alike: two readings of one time would be one value.
             let now = Time(ms * MS + number as i64 * 1_000);
             let stamp = if world.stamps_arrival { now } else { Time(stamp_ms * MS) };
-            while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-                engine.handle(Input::Tick(due));
-                outputs.extend(core::iter::from_fn(|| engine.poll()));
-            }
+            driven.pass(now);
             given.push((at, stamp.0, value));
-            engine.handle(Input::Observation(Observation {
-                signal: SignalId::from_index(at),
-                stamp,
-                received: now,
-                value: RawValue::Number(value),
-            }));
-            outputs.extend(core::iter::from_fn(|| engine.poll()));
+            driven.give(at, (stamp, now), value);
         }
     }
-    (given, outputs)
+    (given, driven.outputs().collect())
 }
 
 fn interval(publication: &Publication) -> (f64, f64) {
@@ -212,48 +182,31 @@ fn event(output: &Output) -> Option<&Event> {
 /// A spare that holds under a condition only, which never holds: it takes nothing over, and what is said is true.
 #[test]
 fn what_gives_nothing_takes_nothing_over() {
-    let signal = |name: &str| SignalDraft {
-        name: text(name),
-        variable: Some(text(name)),
-        rate: Some(text("1 Hz")),
-        value_error: Some(Bounds::One(text("1"))),
-        ..SignalDraft::default()
-    };
+    let signal = |name| SignalDraft { rate: Some(text("1 Hz")), ..signal(name, name, "1") };
     let body = BodyDraft::Equation(text("a = b"));
     let spare = RelationDraft {
         directions: Some(vec![text("a")]),
         condition: Some(text("mode > 0.5")),
         ..RelationDraft::new(text("spare"), body)
     };
-    let (knowledge, problems) = build(&Draft {
-        variables: ["a", "b", "mode"]
-            .map(|it| VariableDraft { name: text(it), ..VariableDraft::default() })
-            .into(),
+    let knowledge = knowledge(&Draft {
+        variables: ["a", "b", "mode"].map(variable).into(),
         relations: vec![spare],
         signals: ["a", "b", "mode"].map(signal).into(),
-        needs: vec![NeedDraft { variable: text("a"), max_age: Some(text("3 s")), ..NeedDraft::default() }],
+        needs: vec![need("a", 3_000)],
         ..Draft::default()
     });
-    assert!(problems.iter().all(|it| it.severity != Severity::Error), "{problems:?}");
     for mode in [-2.0, 5.0] {
-        let mut engine = Engine::new(knowledge.clone(), Options::default());
-        let mut outputs = Vec::new();
+        let mut driven = Driven::new(knowledge.clone());
         for second in 0..60 {
             let now = Time(second * 1_000 * MS);
-            while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-                engine.handle(Input::Tick(due));
-            }
+            driven.pass(now);
             let all = [(second < 20).then_some(5.0), Some(5.0), Some(mode)];
             for (at, value) in all.into_iter().enumerate().filter_map(|(at, value)| Some((at, value?))) {
-                engine.handle(Input::Observation(Observation {
-                    signal: SignalId::from_index(at),
-                    stamp: now,
-                    received: now,
-                    value: RawValue::Number(value),
-                }));
+                driven.give(at, (now, now), value);
             }
-            outputs.extend(core::iter::from_fn(|| engine.poll()));
         }
+        let outputs: Vec<Output> = driven.outputs().collect();
         let said =
             |is: fn(&Reason) -> bool| outputs.iter().filter_map(event).any(|it| it.because.iter().any(is));
         let holds = mode > 0.5;
@@ -266,34 +219,22 @@ fn what_gives_nothing_takes_nothing_over() {
 #[test]
 fn a_value_that_nothing_follows_goes_out() {
     let sensor = || Sensor { period_ms: 100, offset_ms: 0, stall: None, jumps: false };
-    let mut engine = engine(&[sensor(), sensor()]);
-    let mut published = Vec::new();
-    let mut given = |engine: &mut Engine, at: usize, ms: i64| {
+    let mut driven = driven(&[sensor(), sensor()]);
+    let given = |driven: &mut Driven, at: usize, ms: i64| {
         let now = Time(ms * MS);
-        while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-            engine.handle(Input::Tick(due));
-        }
-        let value = RawValue::Number(1.0);
-        engine.handle(Input::Observation(Observation {
-            signal: SignalId::from_index(at),
-            stamp: now,
-            received: now,
-            value,
-        }));
-        let outputs = core::iter::from_fn(|| engine.poll());
-        published.extend(outputs.filter_map(|output| match output {
-            Output::Publication(publication) => Some((publication.time.0 / MS, source(&publication))),
-            _ => None,
-        }));
+        driven.pass(now);
+        driven.give(at, (now, now), 1.0);
     };
     for step in 0..20 {
-        given(&mut engine, 0, 100 * step);
-        given(&mut engine, 1, 100 * step);
+        given(&mut driven, 0, 100 * step);
+        given(&mut driven, 1, 100 * step);
     }
     let order = Order::Forbid(Subject::Signal("s0".to_owned()));
-    engine.handle(Input::Order { time: Time(1_900 * MS), order });
-    given(&mut engine, 1, 1_901);
-    given(&mut engine, 0, 5_000);
+    driven.handle(Input::Order { time: Time(1_900 * MS), order });
+    given(&mut driven, 1, 1_901);
+    given(&mut driven, 0, 5_000);
+    let published: Vec<(i64, usize)> =
+        driven.publications().map(|it| (it.time.0 / MS, source(&it))).collect();
     assert_eq!(published.last(), Some(&(2_200, 1)), "{published:?}");
 }
 
@@ -303,42 +244,30 @@ fn who_gives_old_values_leaves_no_gap() {
     for (delay_ms, period_ms) in
         [(0, 90), (50, 103), (120, 103), (170, 80), (170, 103), (170, 115), (150, 130), (195, 60)]
     {
-        let signal = |name: &str, rate: String, delay: String| SignalDraft {
-            name: text(name),
-            properties: vec![(text("accuracy"), text(if name == "slow" { "1.0" } else { "0.9" }))],
-            variable: Some(text("v")),
-            rate: Some(text(rate)),
+        let signal = |name: &str, accuracy: &str, rate: Text, delay: String| SignalDraft {
+            properties: vec![(text("accuracy"), text(accuracy))],
+            rate: Some(rate),
             delay: Some(text(delay)),
             timeout: Some(text("900 ms")),
-            value_error: Some(Bounds::One(text("0.1"))),
-            ..SignalDraft::default()
+            ..signal(name, "v", "0.1")
         };
-        let need = NeedDraft { variable: text("v"), max_age: Some(text("200 ms")), ..NeedDraft::default() };
-        let slow = signal("slow", format!("{} Hz", 1_000.0 / f64::from(period_ms)), format!("{delay_ms} ms"));
-        let (knowledge, problems) = build(&Draft {
-            variables: vec![VariableDraft { name: text("v"), ..VariableDraft::default() }],
-            signals: vec![slow, signal("fast", "80 Hz".into(), "0 ms".into())],
-            needs: vec![need],
+        let slow = signal("slow", "1.0", rate(period_ms), format!("{delay_ms} ms"));
+        let mut driven = Driven::new(knowledge(&Draft {
+            variables: vec![variable("v")],
+            signals: vec![slow, signal("fast", "0.9", text("80 Hz"), "0 ms".into())],
+            needs: vec![need("v", 200)],
             ..Draft::default()
-        });
-        assert!(problems.iter().all(|it| it.severity != Severity::Error), "{problems:?}");
-        let mut engine = Engine::new(knowledge, Options::default());
+        }));
         let mut last = Time(0);
         for ms in 0..10_000_i64 {
             let now = Time(ms * MS);
-            while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
-                engine.handle(Input::Tick(due));
-            }
+            driven.pass(now);
             // The fast one comes in bursts, as over a busy network; the slow one leaves out a value now and then.
-            let period = i64::from(period_ms);
-            let given = [(0, ms % period == 0 && ms / period % 5 < 4), (1, ms % 140 < 3)];
+            let given = [(0, ms % period_ms == 0 && ms / period_ms % 5 < 4), (1, ms % 140 < 3)];
             for (at, _) in given.into_iter().filter(|given| given.1) {
-                let value = RawValue::Number(1.0);
-                let signal = SignalId::from_index(at);
-                engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
+                driven.give(at, (now, now), 1.0);
             }
-            while let Some(output) = engine.poll() {
-                let Output::Publication(publication) = output else { continue };
+            for publication in driven.publications() {
                 let gap = publication.time - last;
                 assert!(
                     gap.0 <= 200 * MS || ms < 1_000,

@@ -1,5 +1,6 @@
 //! No value is published without a contract that admits it by the knowledge and the evidence of that moment, for any inputs.
 
+use crate::driven::text;
 use crate::plan_support::Random;
 use crate::seeds::seeds;
 use shsa_core::assurance::Ground;
@@ -7,7 +8,7 @@ use shsa_core::engine::{Engine, EventKind, Input, Options, Order, Output, Public
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::{
     self, Asked, BodyDraft, Bounds, Condition, Contract, Contracts, Draft, EvidenceSource, Given, Id, IdVec,
-    KnowledgeBase, Measure, NeedDraft, Party, Policy, RelationDraft, Severity, SignalDraft, SignalId, Text,
+    KnowledgeBase, Measure, NeedDraft, Party, Policy, RelationDraft, Severity, SignalDraft, SignalId,
     VariableDraft, Watched, build,
 };
 use shsa_core::observation::{Observation, RawValue};
@@ -16,10 +17,6 @@ use shsa_core::time::{Span, Time};
 
 const MS: i64 = 1_000_000;
 const MAX_AGE_MS: i64 = 300;
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
-}
 
 /// A condition of a guarantee.
 #[derive(Clone, Debug)]

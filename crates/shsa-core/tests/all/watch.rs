@@ -1,10 +1,11 @@
 //! The ways of knowing that an engine watches: bounded, chosen, within a cost, and one for each measurement.
 
+use crate::driven::text;
 use shsa_core::analysis::{self, Analysis, analyze};
 use shsa_core::engine::{Engine, Input, Options, WatchBudget};
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, Id, KnowledgeBase, RelationDraft, Severity, SignalDraft, SignalId, SignalSet,
-    SourceParts, Text, VariableDraft, build,
+    SourceParts, VariableDraft, build,
 };
 use shsa_core::monitor::Residual;
 use shsa_core::observation::{Observation, RawValue};
@@ -12,16 +13,12 @@ use shsa_core::time::{Span, Time};
 use shsa_core::trust::Verdict;
 use std::collections::BTreeSet;
 
-fn text(text: &str) -> Text {
-    Text { text: text.to_owned(), ..Text::default() }
-}
-
 /// Variables, equations, and signals as `name: variable` or `name: variable < source`.
 fn draft(variables: &[&str], equations: &[&str], signals: &[&str]) -> Draft {
-    let variable = |name: &&str| VariableDraft { name: text(name), ..VariableDraft::default() };
+    let variable = |name: &&str| VariableDraft { name: text(*name), ..VariableDraft::default() };
     let relation = |(at, equation): (usize, &&str)| RelationDraft {
-        name: text(&format!("r{at}")),
-        body: BodyDraft::Equation(text(equation)),
+        name: text(format!("r{at}")),
+        body: BodyDraft::Equation(text(*equation)),
         directions: None,
         condition: None,
         error: None,

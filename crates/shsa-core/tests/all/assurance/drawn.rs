@@ -1,5 +1,6 @@
 //! Random models with contracts, as drawn and as a draft.
 
+use crate::driven::text;
 use crate::plan_support::Random;
 use shsa_core::knowledge::{
     BodyDraft, ContractDraft, DemandDraft, Draft, GuaranteeDraft, NeedDraft, RelationDraft, SignalDraft,
@@ -41,10 +42,6 @@ pub(super) struct World {
     pub(super) contracts: BTreeMap<String, Drawn>,
     /// Signals and relations with an `integrity`, 1 to 4.
     pub(super) integrity: BTreeMap<String, usize>,
-}
-
-fn text(text: impl Into<String>) -> Text {
-    Text { text: text.into(), ..Text::default() }
 }
 
 fn says(random: &mut Random) -> Says {
