@@ -32,6 +32,7 @@ mod tests;
 
 use history::{Episode, of_relations, of_signals, unserved};
 use redundancy::{Redundancy, redundancy};
+use serde_json::Value;
 use shsa_core::analysis::Options;
 use shsa_core::engine::EventKind;
 use shsa_core::time::{Span, Time};
@@ -129,6 +130,12 @@ impl Maintenance {
             notes: notes(&last.engine).collect(),
             left_out: found.left_out,
         })
+    }
+
+    /// The report as a JSON object; times are in seconds.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json::object(self)
     }
 
     /// Whether anything is to be done: a signal was accused, something drifts, or a need had no spare.
