@@ -293,7 +293,11 @@ impl Provider {
     ) {
         let last = self.last.map(|(_, last)| last);
         let own = self.blend.apply(sample, turn, last, &self.settings, now);
-        let stated = self.settings.stated_for(own, turn.timing, self.following(own.validity));
+        let validity = self.following(own.validity);
+        if !self.settings.is_bounded_at(own.validity, validity, turn.timing) {
+            return;
+        }
+        let stated = self.settings.stated_for(own, turn.timing, validity);
         let given = (PublishedValue::Scalar(stated.value), stated.validity);
         self.publish(knowledge, given, turn, admitted, now, outputs);
         self.last.iter_mut().for_each(|(_, last)| last.value = own.value);
