@@ -269,8 +269,12 @@ impl<N: Number> History<N> {
         };
         let Some(old) = old.filter(is_near) else { return Recalled { value: N::MISSING, since: None } };
         let time = elapsed(old.at, at);
-        let offset = self.course.offset.throughout(time.bounds.hi());
-        let change = value.without(offset).binary(Binary::Sub, old.value.without(offset));
+        let (mut value, mut before) = (value, old.value);
+        if self.course.offset.is_some() {
+            let offset = self.course.offset.throughout(time.bounds.hi());
+            (value, before) = (value.without(offset), before.without(offset));
+        }
+        let change = value.binary(Binary::Sub, before);
         let time = N::constant(time);
         Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
     }

@@ -314,7 +314,7 @@ impl Number for Interval {
     }
 
     fn without(self, offset: Offset) -> Interval {
-        if offset == Offset::NONE || self.is_empty() {
+        if self.is_empty() || !offset.is_some() {
             return self;
         }
         let (one, other) = ((self.lo() - offset.lo).next_down(), (self.hi() - offset.hi).next_up());

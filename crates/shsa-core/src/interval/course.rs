@@ -28,15 +28,19 @@ impl Offset {
     /// None: each value may be off in its own way.
     pub const NONE: Offset = Offset { lo: 0.0, hi: 0.0, drift: 0.0 };
 
+    /// Whether values have one.
+    #[inline]
+    #[must_use]
+    pub fn is_some(self) -> bool {
+        self.lo < self.hi
+    }
+
     /// What is the same in all values within a time, whatever it drifts by meanwhile; [`Offset::NONE`] where nothing is.
     #[must_use]
     pub fn throughout(self, seconds: f64) -> Offset {
-        if self == Offset::NONE {
-            return self;
-        }
         let moved = (0.5 * self.drift * seconds).next_up();
         let (lo, hi) = (self.lo + moved, self.hi - moved);
-        if lo < hi { Offset { lo, hi, drift: 0.0 } } else { Offset::NONE }
+        if self.is_some() && lo < hi { Offset { lo, hi, drift: 0.0 } } else { Offset::NONE }
     }
 
     /// The offset of the sum of two values.

@@ -58,8 +58,7 @@ impl Settings {
 
     /// Whether the value of a moment that is not known exactly bounds the variable at another one, too.
     pub(super) fn is_bounded_at(&self, own: Validity, other: Validity, timing: Timing) -> bool {
-        let is_of_a_moment = timing.mean_over == Span::ZERO;
-        !is_of_a_moment || other == own || self.quantity.max_rate.is_some()
+        other == own || self.quantity.max_rate.is_some() || timing.mean_over > Span::ZERO
     }
 
     /// What the value of a source says of the middle of its validity, for which it is published; see
