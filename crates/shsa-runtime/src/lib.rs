@@ -72,6 +72,7 @@ mod explained;
 mod profile;
 mod view;
 mod bands;
+mod discovery;
 mod diagnostics;
 mod control;
 mod terminal;

@@ -51,6 +51,9 @@ pub struct Options {
     pub recorders: BTreeMap<String, Box<dyn RunRecorder>>,
     /// The folder of the state files `MODEL.json`; `None`: no state outlasts the process.
     pub state: Option<PathBuf>,
+    /// The first part of the topics under which needs and verdicts are announced to Home Assistant, usually `homeassistant`; for a
+    /// broker of MQTT. `None`: they are not announced.
+    pub home_assistant: Option<String>,
     /// Whether to announce the models to other instances and to join theirs.
     pub join: bool,
     /// The token for orders over HTTP and the bus; `None`: no orders are accepted there.
@@ -79,6 +82,7 @@ impl Default for Options {
             journal: None,
             recorders: BTreeMap::new(),
             state: None,
+            home_assistant: None,
             join: false,
             token: None,
             view_token: None,

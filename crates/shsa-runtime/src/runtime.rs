@@ -3,7 +3,8 @@
 use crate::bindings::OutputOptions;
 use crate::connection::Connection;
 use crate::control::{Desk, Guard, Tokens, bus, http};
-use crate::error::RuntimeError;
+use crate::discovery::Discovery;
+use crate::error::{Context, RuntimeError};
 use crate::event_log::EventLog;
 use crate::explained::Explained;
 use crate::federation::Federation;
@@ -122,6 +123,9 @@ impl Runtime {
         let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
         let federation = if options.join { Federation::new(&name, &healers, bridge.as_mut())? } else { None };
         let neighbours = Neighbours::new(&name, bridge.as_ref())?;
+        let discovery = options.home_assistant.as_deref();
+        let discovery = discovery.map(|prefix| Discovery::new(prefix, &name, bridge.as_mut())).transpose();
+        let discovery = discovery.context("announcing to Home Assistant")?;
         let session = Session {
             name,
             healers,
@@ -138,6 +142,7 @@ impl Runtime {
             strangers: Strangers::default(),
             federation,
             neighbours,
+            discovery,
             connection: Connection::default(),
             reported: Reported::new(),
             tally,

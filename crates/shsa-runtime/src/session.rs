@@ -9,6 +9,7 @@ pub(super) use requests::Questions;
 use crate::connection::Connection;
 use crate::control::Guard;
 use crate::control::bus::Tally;
+use crate::discovery::Discovery;
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
 use crate::explained::Explained;
@@ -59,6 +60,8 @@ pub(super) struct Session {
     pub(super) federation: Option<Federation>,
     /// The other instances; `None` where the bus does not list them.
     pub(super) neighbours: Option<Neighbours>,
+    /// What Home Assistant is told; `None`: nothing.
+    pub(super) discovery: Option<Discovery>,
     /// The connection and its outages.
     pub(super) connection: Connection,
     /// What was reported last about the run itself.
@@ -151,6 +154,7 @@ impl Session {
             let Some(mut message) = self.bridge.receive() else { return Ok(()) };
             self.mark(&mut message);
             self.hear(&message);
+            self.discovery.iter_mut().for_each(|discovery| discovery.hear(&message));
             let began = clock.now();
             for healer in &mut self.healers {
                 healer.receive(&message, &clock);
@@ -204,7 +208,16 @@ impl Session {
     /// report.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
         let Session {
-            bridge, healers, log, explained, figures, ownership, shared_verdicts, reported, ..
+            bridge,
+            healers,
+            log,
+            explained,
+            figures,
+            ownership,
+            shared_verdicts,
+            discovery,
+            reported,
+            ..
         } = self;
         let mut entries = Vec::new();
         for (at, healer) in healers.iter_mut().enumerate() {
@@ -212,6 +225,8 @@ impl Session {
                 match effect {
                     Effect::Decided(event) => {
                         figures.decided(event.kind);
+                        let model = healer.reported_model();
+                        discovery.iter_mut().for_each(|it| it.follow(healer.name(), model, &event));
                         reported.doubt = Time::MIN;
                         shared_verdicts.iter_mut().for_each(|shared| shared.is_due = true);
                         entries.push((log.entry(healer.reported_model(), &event), at, event));

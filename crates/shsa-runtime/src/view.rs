@@ -239,7 +239,7 @@ fn signals(
 }
 
 /// The bounds of a value in a unit; an infinite bound is left open.
-fn bounds(value: Option<Interval>, unit: Option<&Unit>) -> [Option<f64>; 2] {
+pub(super) fn bounds(value: Option<Interval>, unit: Option<&Unit>) -> [Option<f64>; 2] {
     let shown = |si: f64| Some(unit.map_or(si, |unit| unit.from_si(si))).filter(|shown| shown.is_finite());
     value.map_or([None; 2], |value| [shown(value.lo()), shown(value.hi())])
 }

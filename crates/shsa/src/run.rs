@@ -46,6 +46,10 @@ const ROVER: &str = "models/rover.yaml";
 const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
 ros2://HOST:PORT, or put the models together before, by shsa model join A.yaml B.yaml -o ALL.yaml";
 
+/// Why `--home-assistant` is refused.
+const NO_DISCOVERY: &str =
+    "--home-assistant needs the broker that Home Assistant is connected to: use --bus mqtt://HOST:PORT";
+
 /// Arguments of `shsa run`.
 #[derive(clap::Args)]
 #[command(
@@ -141,6 +145,9 @@ struct ViewerArguments {
     #[cfg(feature = "foxglove")]
     #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", help_heading = OUTPUT)]
     foxglove: Option<SocketAddr>,
+    /// Announce needs and verdicts to Home Assistant by its discovery over MQTT, under topics that begin with PREFIX.
+    #[arg(long, value_name = "PREFIX", num_args = 0..=1, require_equals = true, default_missing_value = "homeassistant", help_heading = OUTPUT)]
+    home_assistant: Option<String>,
     /// Write a layout for Foxglove that shows the run.
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     layout: Option<PathBuf>,
@@ -221,6 +228,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let log = Log::begin(&arguments.log);
     let is_reported = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
     anyhow::ensure!(is_reported || !arguments.join, NO_JOIN);
+    let has_discovery =
+        arguments.viewers.home_assistant.is_none() || matches!(arguments.bus.bus, Address::Mqtt(_));
+    anyhow::ensure!(has_discovery, NO_DISCOVERY);
     let models = models(&arguments.models, &arguments.bus)?;
     let options = options(arguments, &models, log)?;
     let has_token = options.token.is_some();
@@ -312,6 +322,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
         journal: arguments.journal.as_ref().map(journal),
         recorders,
         state: arguments.state.clone(),
+        home_assistant: arguments.viewers.home_assistant.clone(),
         join: arguments.join,
         token,
         view_token,

@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::diagnostics;
+use crate::discovery::Discovery;
 use crate::healer::{Healer, ReportedState};
 use crate::journal::Missing;
 use crate::neighbours::Neighbours;
@@ -54,6 +55,7 @@ impl Session {
     pub(super) fn report(&mut self, now: Time) {
         if now >= self.reported.doubt {
             self.report_states(now);
+            self.report_entities(now);
         }
         if now < self.reported.next {
             return;
@@ -87,9 +89,23 @@ impl Session {
         }
     }
 
+    /// Tells Home Assistant.
+    fn report_entities(&mut self, now: Time) {
+        let Session { discovery: Some(discovery), bridge, healers, ownership, log, .. } = self else {
+            return;
+        };
+        let is_others = |need: &str| ownership.as_ref().is_some_and(|ownership| ownership.is_others(need));
+        if let Err((topic, error)) = discovery.report(healers, is_others, now, bridge.as_mut()) {
+            log.undelivered(&topic, &error, bridge.as_mut());
+        }
+    }
+
     fn report_link(&mut self, now: Time) {
         let (link, outage) = (self.bridge.link(), self.bridge.outage());
         for (kind, because) in self.connection.follow(link, outage, now) {
+            if kind == "connected" {
+                self.discovery.iter_mut().for_each(Discovery::tell_again);
+            }
             self.log.noted(now, kind, &because, self.bridge.as_mut());
         }
         (self.figures.disconnections, self.figures.disconnected) = self.connection.figures(now);

@@ -16,6 +16,7 @@ mod control;
 mod embedded;
 mod endurance;
 mod foxglove;
+mod home_assistant;
 mod isolation;
 mod joining;
 mod levels;
