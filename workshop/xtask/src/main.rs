@@ -36,7 +36,7 @@ usage: cargo xtask COMMAND
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
   book       makes a site of the documents, with search, in target/book/site, and checks its links (installs mdBook in target/book-tools)
   wasm       builds the npm package @shsa/engine and the studio in target/wasm; `--test` builds them quickly, and tests
-             them; `--servers` installs the Signal K server, and tests the plugin in it, too (not in CI: 270 MB)
+             them; `--servers` installs Signal K's and Node-RED, and tests the plugins in them, too (not in CI: 390 MB)
   package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out
              FOLDER` writes there, `--twice` builds in two folders and compares (not in CI: two builds of 10 minutes),
              `--static` builds the program alone, without libraries: target/package/shsa (not in CI, either)";

@@ -1,4 +1,4 @@
-//! Builds the npm package `@shsa/engine`, the plugin and the studio around it, and tests them.
+//! Builds the npm package `@shsa/engine`, the plugins of servers and the studio around it, and tests them.
 
 mod packed;
 
@@ -15,9 +15,70 @@ const TARGET: &str = "wasm32-unknown-unknown";
 const OPTIMISER: &str = "target/npm/binaryen/node_modules/binaryen/bin/wasm-opt";
 const INSTALL_OPTIMISER: &str = "mkdir -p target/npm/binaryen && cd target/npm/binaryen && npm install --silent --no-save --no-audit --no-fund binaryen@132.0.0";
 
-/// The server for boats, of the last version that runs on Node.js 20.
-const SIGNALK: &str = "target/npm/signalk/node_modules/signalk-server";
-const INSTALL_SIGNALK: &str = "mkdir -p target/npm/signalk && cd target/npm/signalk && npm install --silent --no-save --no-audit --no-fund signalk-server@2.23.0";
+/// A server that a plugin is tested in. Servers are as large as everything else that tests need together.
+struct Server {
+    name: &'static str,
+    /// The folder of `target/npm` it is installed in.
+    folder: &'static str,
+    /// Its package of npm.
+    package: &'static str,
+    version: &'static str,
+    /// The tests of the plugin, and the variable by which they find the server.
+    tests: &'static str,
+    variable: &'static str,
+}
+
+const SERVERS: [Server; 2] = [
+    Server {
+        name: "the Signal K server",
+        folder: "signalk",
+        package: "signalk-server",
+        // The last version that runs on Node.js 20.
+        version: "2.23.0",
+        tests: "server.test.mjs",
+        variable: "SIGNALK",
+    },
+    Server {
+        name: "Node-RED",
+        folder: "node-red",
+        package: "node-red",
+        version: "4.1.15",
+        tests: "flow.test.mjs",
+        variable: "NODE_RED",
+    },
+];
+
+impl Server {
+    fn place(&self) -> String {
+        format!("target/npm/{}/node_modules/{}", self.folder, self.package)
+    }
+
+    fn is_there(&self) -> bool {
+        Path::new(&self.place()).exists()
+    }
+
+    fn install(&self) -> Result<()> {
+        let Server { folder, package, version, .. } = self;
+        let options = "--silent --no-save --no-audit --no-fund";
+        let folder = format!("target/npm/{folder}");
+        let install =
+            format!("mkdir -p {folder} && cd {folder} && npm install {options} {package}@{version}");
+        command::run(&["sh", "-c", &install])
+    }
+
+    /// Runs the tests of its plugin, where it is installed.
+    fn test(&self, add: &mut impl FnMut(&str)) -> Result<()> {
+        if !self.is_there() {
+            let name = self.name;
+            println!(
+                "SKIPPED: the plugin of {name}: `cargo xtask wasm --servers` installs it, and tests the plugin"
+            );
+            add("test result: ok. 0 passed; 0 failed; 1 ignored");
+            return Ok(());
+        }
+        run_node(self.tests, &[(self.variable, &self.place())], add)
+    }
+}
 
 /// Builds the packages as they are published, and the studio.
 ///
@@ -50,7 +111,7 @@ pub(crate) fn test(mut add: impl FnMut(&str)) -> Result<()> {
     packed::studio()?;
     packed::install()?;
     run_node("package.test.js", &[], &mut add)?;
-    plugin(&mut add)?;
+    SERVERS.iter().try_for_each(|server| server.test(&mut add))?;
     studio(&mut add)
 }
 
@@ -60,33 +121,19 @@ pub(crate) fn test(mut add: impl FnMut(&str)) -> Result<()> {
 /// Never: the form of [`test`].
 pub(crate) fn skip(mut add: impl FnMut(&str)) -> Result<()> {
     println!(
-        "SKIPPED: the npm package, the plugin and the studio: `cargo xtask wasm --test` builds and tests them"
+        "SKIPPED: the npm package, the plugins and the studio: `cargo xtask wasm --test` builds and tests them"
     );
-    add("test result: ok. 0 passed; 0 failed; 3 ignored");
+    add("test result: ok. 0 passed; 0 failed; 4 ignored");
     Ok(())
 }
 
-/// Installs the Signal K server, and tests everything with it.
+/// Installs the servers, and tests everything with them.
 ///
 /// # Errors
-/// As [`test`], and when the server cannot be installed.
+/// As [`test`], and when a server cannot be installed.
 pub(crate) fn test_with_servers(add: impl FnMut(&str)) -> Result<()> {
-    if !Path::new(SIGNALK).exists() {
-        command::run(&["sh", "-c", INSTALL_SIGNALK])?;
-    }
+    SERVERS.iter().filter(|server| !server.is_there()).try_for_each(Server::install)?;
     test(add)
-}
-
-/// Runs the plugin in a Signal K server, where that is installed: it is as large as everything else that tests need together.
-fn plugin(add: &mut impl FnMut(&str)) -> Result<()> {
-    if !Path::new(SIGNALK).exists() {
-        println!(
-            "SKIPPED: the plugin of the Signal K server: `cargo xtask wasm --servers` installs the server, and tests it"
-        );
-        add("test result: ok. 0 passed; 0 failed; 1 ignored");
-        return Ok(());
-    }
-    run_node("server.test.mjs", &[("SIGNALK", SIGNALK)], add)
 }
 
 /// Runs tests of the installed packages.
@@ -98,6 +145,7 @@ fn run_node(file: &str, paths: &[(&str, &str)], add: &mut impl FnMut(&str)) -> R
     line.args(["--test", "--test-reporter=tap"]).arg(installed.join(file)).current_dir(&installed);
     line.env("SHSA_ROOT", &root).env("SHSA_PACKAGE", packages.join("@shsa/engine"));
     line.env("SHSA_PLUGIN", packages.join("signalk-shsa"));
+    line.env("SHSA_NODES", packages.join("node-red-contrib-shsa"));
     line.envs(paths.iter().map(|(name, path)| (*name, root.join(path))));
     let program = root.join("target/debug/shsa");
     if program.is_file() {

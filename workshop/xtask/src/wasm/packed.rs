@@ -9,14 +9,21 @@ use std::path::Path;
 /// The files of the engine that both have.
 const GLUE: [&str; 2] = ["shsa.js", "shsa_bg.wasm"];
 /// The packages as files.
-const TARBALLS: [&str; 2] = ["shsa-engine-0.1.0.tgz", "signalk-shsa-0.1.0.tgz"];
+const TARBALLS: [&str; 3] =
+    ["shsa-engine-0.1.0.tgz", "signalk-shsa-0.1.0.tgz", "node-red-contrib-shsa-0.1.0.tgz"];
+/// The tests of the packages.
+const TESTS: [&str; 3] = [
+    "engine/test/package.test.js",
+    "signalk-shsa/test/server.test.mjs",
+    "node-red-contrib-shsa/test/flow.test.mjs",
+];
 
-/// Packs the packages as npm publishes them: the engine, and the plugin of the Signal K server.
+/// Packs the packages as npm publishes them: the engine, and the plugins of servers.
 ///
 /// # Errors
 /// When a file cannot be copied, or npm fails.
 pub(super) fn pack() -> Result<()> {
-    for name in ["engine", "signalk-shsa"] {
+    for name in ["engine", "signalk-shsa", "node-red-contrib-shsa"] {
         let package = format!("{FOLDER}/{name}");
         fresh(&package)?;
         copy_all(&format!("packages/{name}"), &package)?;
@@ -38,14 +45,16 @@ pub(super) fn pack() -> Result<()> {
 pub(super) fn install() -> Result<()> {
     let folder = format!("{FOLDER}/test");
     fresh(&folder)?;
-    copy("packages/engine/test/package.test.js", &format!("{folder}/package.test.js"))?;
-    copy("packages/signalk-shsa/test/server.test.mjs", &format!("{folder}/server.test.mjs"))?;
+    for test in TESTS {
+        let name = Path::new(test).file_name().context("a file")?.to_string_lossy();
+        copy(&format!("packages/{test}"), &format!("{folder}/{name}"))?;
+    }
     let manifest = format!("{folder}/package.json");
     fs::write(&manifest, "{ \"private\": true, \"type\": \"module\" }\n")
         .with_context(|| manifest.clone())?;
-    let [engine, plugin] = TARBALLS;
     let options = "--silent --no-audit --no-fund --offline";
-    let install = format!("cd {folder} && npm install {options} ../{engine} ../{plugin}");
+    let tarballs = TARBALLS.map(|name| format!("../{name}")).join(" ");
+    let install = format!("cd {folder} && npm install {options} {tarballs}");
     command::run(&["sh", "-c", &install])
 }
 
@@ -79,7 +88,7 @@ pub(super) fn sizes() -> Result<()> {
     let script = "const bytes = require('fs').readFileSync(process.argv[1]); \
         console.log(`${bytes.length} bytes, by brotli ${require('zlib').brotliCompressSync(bytes).length}`)";
     command::run(&["node", "-e", script, &format!("{FOLDER}/engine/wasm/shsa_bg.wasm")])?;
-    println!("the packages are {}, the studio is studio, all in {FOLDER}", TARBALLS.join(" and "));
+    println!("the packages are {}, the studio is studio, all in {FOLDER}", TARBALLS.join(", "));
     Ok(())
 }
 
