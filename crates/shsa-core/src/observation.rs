@@ -90,6 +90,7 @@ impl Signal {
     }
 
     /// The validity of an observation with this time stamp.
+    #[inline]
     #[must_use]
     pub fn validity(&self, stamp: Time) -> Validity {
         let content = stamp - self.delay;

@@ -167,6 +167,7 @@ impl Interval {
     /// The middle, rounded to nearest; not-a-number when empty, otherwise a member of the interval.
     ///
     /// Unbounded on both sides: 0. Unbounded on one side: the largest finite number on that side.
+    #[inline]
     #[must_use]
     pub fn midpoint(self) -> f64 {
         let sum = self.lo + self.hi;

@@ -149,6 +149,7 @@ impl<I: Id, T> IdVec<I, T> {
     }
 
     /// The element of an id that may belong to another vector.
+    #[inline]
     #[must_use]
     pub fn find(&self, id: I) -> Option<&T> {
         self.items.get(id.index())
@@ -167,6 +168,7 @@ impl<I: Id, T> Default for IdVec<I, T> {
 )]
 impl<I: Id, T> Index<I> for IdVec<I, T> {
     type Output = T;
+    #[inline]
     fn index(&self, id: I) -> &T {
         &self.items[id.index()]
     }
@@ -177,6 +179,7 @@ impl<I: Id, T> Index<I> for IdVec<I, T> {
     reason = "the one place that indexes: ids are made by the vector they index"
 )]
 impl<I: Id, T> IndexMut<I> for IdVec<I, T> {
+    #[inline]
     fn index_mut(&mut self, id: I) -> &mut T {
         &mut self.items[id.index()]
     }
