@@ -3,7 +3,10 @@
 #[cfg(feature = "foxglove")]
 mod foxglove;
 mod isolation;
+mod name;
 mod record;
+
+pub(crate) use name::instance_name;
 
 use crate::bus::BusArguments;
 use crate::headings::OUTPUT;
@@ -63,7 +66,7 @@ pub(crate) struct Arguments {
     /// The knowledge bases, YAML or JSON; none and no bus: the model of the simulated robot.
     models: Vec<PathBuf>,
     /// The name of this instance on the bus.
-    #[arg(long, default_value = "shsa", value_name = "NAME")]
+    #[arg(long, default_value = "shsa", value_name = "NAME", value_parser = instance_name)]
     name: String,
     /// Announce the model to other instances, and join what theirs know about the same things, while they are there
     /// (Zenoh and ROS 2). Whoever is on the bus can add to what is known then.

@@ -1,7 +1,8 @@
 //! Moves the places of a draft, so that places of several files stay apart.
 
 use super::draft::{
-    BodyDraft, Bounds, ContractDraft, Draft, NeedDraft, Place, PropertyDrafts, Text, UtilityDraft,
+    BodyDraft, Bounds, ContractDraft, Draft, NeedDraft, Place, PropertyDrafts, SignalDraft, Text,
+    UtilityDraft,
 };
 use alloc::vec::Vec;
 
@@ -54,37 +55,7 @@ impl Draft {
             it.learn.iter_mut().for_each(&mut *each);
             properties(&mut it.properties, each);
         }
-        for it in &mut self.signals {
-            each(&mut it.name);
-            let texts = [
-                &mut it.variable,
-                &mut it.source,
-                &mut it.unit,
-                &mut it.scale,
-                &mut it.offset,
-                &mut it.rate,
-                &mut it.change_error,
-                &mut it.noise,
-                &mut it.delay,
-                &mut it.mean_over,
-                &mut it.timeout,
-                &mut it.max_rate,
-                &mut it.max_delay,
-                &mut it.frozen_after,
-                &mut it.rests_at,
-                &mut it.rests_for,
-                &mut it.hold,
-                &mut it.access,
-            ];
-            texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
-            it.shares.iter_mut().for_each(|(cause, prior)| {
-                each(cause);
-                prior.iter_mut().for_each(&mut *each);
-            });
-            it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
-            it.range.iter_mut().chain(&mut it.saturates).flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
-            properties(&mut it.properties, each);
-        }
+        self.signals.iter_mut().for_each(|it| signal(it, each));
         self.fusions.iter_mut().for_each(|fusion| fusion.texts(each));
         self.needs.iter_mut().for_each(|it| need(it, each));
         self.platform.iter_mut().chain(&mut self.contracts).for_each(|it| contract(it, each));
@@ -98,6 +69,38 @@ impl Draft {
             None => {}
         }
     }
+}
+
+fn signal(it: &mut SignalDraft, each: &mut dyn FnMut(&mut Text)) {
+    each(&mut it.name);
+    let texts = [
+        &mut it.variable,
+        &mut it.source,
+        &mut it.unit,
+        &mut it.scale,
+        &mut it.offset,
+        &mut it.rate,
+        &mut it.change_error,
+        &mut it.noise,
+        &mut it.delay,
+        &mut it.mean_over,
+        &mut it.timeout,
+        &mut it.max_rate,
+        &mut it.max_delay,
+        &mut it.frozen_after,
+        &mut it.rests_at,
+        &mut it.rests_for,
+        &mut it.hold,
+        &mut it.access,
+    ];
+    texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
+    it.shares.iter_mut().for_each(|(cause, prior)| {
+        each(cause);
+        prior.iter_mut().for_each(&mut *each);
+    });
+    it.value_error.iter_mut().chain(&mut it.time_error).for_each(|error| bounds(error, each));
+    it.range.iter_mut().chain(&mut it.saturates).flat_map(|(lo, hi)| [lo, hi]).for_each(&mut *each);
+    properties(&mut it.properties, each);
 }
 
 fn need(it: &mut NeedDraft, each: &mut dyn FnMut(&mut Text)) {

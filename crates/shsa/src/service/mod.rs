@@ -18,6 +18,7 @@ mod session;
 use crate::bus::BusArguments;
 use crate::log::{Log, LogArguments};
 use crate::outcome::{AlreadyReported, Outcome};
+use crate::run::instance_name;
 use crate::run::stop_on_signals;
 use crate::show;
 use association::Working;
@@ -90,7 +91,7 @@ pub(crate) struct Arguments {
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
     /// The name of the service on the bus.
-    #[arg(long, default_value = "shsa-service", value_name = "NAME")]
+    #[arg(long, default_value = "shsa-service", value_name = "NAME", value_parser = instance_name)]
     name: String,
     /// Instead of a bus: messages on standard input and output, as lines like
     /// {"topic": "/left", "payload": {"data": 1.5}, "stamp_ns": 5}.
