@@ -3,6 +3,7 @@
 mod convert;
 mod fmt;
 mod parts;
+mod same;
 pub(crate) mod patch;
 mod schema;
 

@@ -1,5 +1,6 @@
 //! `shsa model join` and `shsa model part`: put models of subsystems together, and take a part out of a model.
 
+use super::same::{self, Pair};
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use crate::written::ensure_free;
@@ -17,12 +18,17 @@ use std::path::PathBuf;
 #[command(
     after_help = "An entry that several files have alike is taken once; where files contradict each other, both places are reported.
 
-Example: shsa model join chassis.yaml engine.yaml -o car.yaml"
+Example: shsa model join chassis.yaml engine.yaml -o car.yaml
+  shsa model join ours.yaml supplier.yaml --same velocity=speed -o car.yaml"
 )]
 pub(crate) struct JoinArguments {
     /// The knowledge bases, YAML or JSON; one part may use a name that only another part describes.
     #[arg(required = true, num_args = 2..)]
     models: Vec<PathBuf>,
+    /// Two variables of different models that are the same quantity; units are converted. May be given several times. On a
+    /// terminal, likely pairs are asked about; elsewhere they are named.
+    #[arg(long, value_name = "NAME=NAME", value_parser = Pair::read)]
+    same: Vec<Pair>,
     #[command(flatten)]
     output: Output,
 }
@@ -57,8 +63,15 @@ pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
     let texts = arguments.models.iter().map(|path| or_report(read_text(path, "model")));
     let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
     let parts: Vec<Written> = names.iter().zip(&texts).map(|(name, text)| Written { name, text }).collect();
-    let (joined, warnings) = or_report(live::join(&parts))?;
+    let (mut joined, warnings) = or_report(live::join(&parts))?;
     show::print_report(&warnings);
+    let drafts = parts.iter().map(|it| or_report(shsa_model::read(it.text, it.name)).map(|read| read.draft));
+    let drafts = drafts.collect::<anyhow::Result<Vec<Draft>>>()?;
+    let proposed = same::candidates(joined.knowledge(), &drafts, &arguments.same);
+    let confirmed = same::confirmed(joined.knowledge(), proposed)?;
+    for pair in arguments.same.iter().chain(&confirmed) {
+        show::print_report(&or_report(joined.change(Written { name: "--same", text: &pair.change() }))?);
+    }
     arguments.output.write(joined.draft())
 }
 

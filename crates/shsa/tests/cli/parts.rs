@@ -65,3 +65,32 @@ fn nothing_is_written_over_a_model_or_as_what_it_is_not() {
     assert_eq!(folder.names().len(), 2, "{:?}", folder.names());
     folder.ends("model part engine.yaml speed -o part.yml", 0);
 }
+
+#[test]
+fn quantities_under_two_names_are_proposed_and_equated() {
+    let folder = Folder::with(&[
+        (
+            "ours.yaml",
+            b"shsa: 1\nvariables: { speed: { unit: m/s }, level: { unit: m } }\n\
+              signals: { /ours/speed: { variable: speed, rate: 10 Hz, value_error: 0.5 }, /level: { variable: level } }\n\
+              needs: { speed: { max_age: 1 s } }\n" as &[u8],
+        ),
+        (
+            "supplier.yaml",
+            b"shsa: 1\nvariables: { velocity: { unit: km/h }, heading: { unit: deg } }\n\
+              signals: { /their/velocity: { variable: velocity, rate: 10 Hz, value_error: 2 }, /compass: { variable: heading } }\n",
+        ),
+    ]);
+    let proposed = folder.ends("model join ours.yaml supplier.yaml -o apart.yaml", 0);
+    assert!(proposed.stderr.contains("--same speed=velocity"), "{}", proposed.stderr);
+    assert!(!proposed.stderr.contains("heading"), "{}", proposed.stderr);
+    let joined = folder.ends("model join ours.yaml supplier.yaml --same velocity=speed -o one.yaml", 0);
+    assert!(!joined.stderr.contains("--same"), "{}", joined.stderr);
+    let survives = |model: &str| {
+        let analysed = folder.json(&format!("analyze {model}"), 0);
+        analysed["needs"][0]["survives"].clone()
+    };
+    assert_eq!((survives("apart.yaml"), survives("one.yaml")), (0.into(), 1.into()));
+    folder.refuses("model join ours.yaml supplier.yaml --same velocity=heading -o no.yaml", &["velocity"]);
+    folder.refuses("model join ours.yaml supplier.yaml --same velocity -o no.yaml", &["velocity=speed"]);
+}
