@@ -17,7 +17,7 @@
 //! })?;
 //! let maintenance = Maintenance::of(&[run]).expect("there is a run");
 //! assert!(maintenance.is_due());
-//! assert!(maintenance.text(Style::PLAIN).contains("/gnss/speed  failed"));
+//! assert!(maintenance.text(Style::PLAIN).contains("/gnss/speed: failed"));
 //! assert_eq!(maintenance.json()["signals"][0]["name"], "/gnss/speed");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

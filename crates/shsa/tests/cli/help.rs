@@ -3,7 +3,7 @@
 use crate::folder::Folder;
 
 /// The first page of the help: groups of commands.
-const LISTED: [&str; 21] = [
+const LISTED: [&str; 22] = [
     "demo",
     "doctor",
     "studio",
@@ -20,6 +20,7 @@ const LISTED: [&str; 21] = [
     "top",
     "scan",
     "journal",
+    "maintenance",
     "service",
     "model",
     "test",

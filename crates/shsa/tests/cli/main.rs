@@ -27,6 +27,7 @@ mod gsn;
 mod help;
 mod journal;
 mod logs;
+mod maintenance;
 mod old;
 mod parts;
 mod plan;
