@@ -72,12 +72,14 @@ impl Course {
     }
 
     /// The possible part of a value; a value of which nothing is possible stays as it is, to show that it is wrong.
+    #[inline]
     fn possible(self, value: Interval) -> Interval {
         let part = value.intersection(self.range);
         if part.is_empty() { value } else { part }
     }
 
     /// The value some time before or after a moment at which it is known.
+    #[inline]
     #[must_use]
     pub fn away(self, value: Interval, seconds: f64) -> Interval {
         if seconds <= 0.0 {
@@ -91,6 +93,7 @@ impl Course {
 
     /// The value at a moment between two at which it is known, each given with the time from there. Where both contradict each
     /// other, one of them is wrong: the hull of what they say.
+    #[inline]
     #[must_use]
     pub fn between(self, before: (Interval, f64), after: (Interval, f64)) -> Interval {
         let ((first, last), rises) =

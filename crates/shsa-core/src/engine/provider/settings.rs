@@ -69,6 +69,7 @@ impl Settings {
 
     /// What the value of a source says of the middle of another time: the value grows by as much as the variable may change in the
     /// time for which the value may be off, and ends at the variable's range. Empty where none of it is possible.
+    #[inline]
     pub(super) fn stated_for(&self, sample: Sample, timing: Timing, validity: Validity) -> Sample {
         let moved = validity.centre() - sample.validity.centre();
         let off = timing.off(sample.validity.length()) + Span(moved.0.saturating_abs());
@@ -80,6 +81,7 @@ impl Settings {
     }
 
     /// The part of a value that the range of the variable leaves.
+    #[inline]
     pub(super) fn possible(&self, value: Interval) -> Interval {
         self.quantity.possible(value)
     }
