@@ -68,6 +68,8 @@ typedef enum shsa_event_kind {
     SHSA_EVENT_KIND_AGEING = 7,
     // A single reading of a signal is wrong; the signal is trusted as before.
     SHSA_EVENT_KIND_OUTLIER = 8,
+    // A counter has begun anew; it is trusted as before.
+    SHSA_EVENT_KIND_RESTARTED = 9,
 } shsa_event_kind;
 
 // What is thought of a signal.

@@ -54,6 +54,8 @@ pub enum EventKind {
     Ageing = 7,
     /// A single reading of a signal is wrong; the signal is trusted as before.
     Outlier = 8,
+    /// A counter has begun anew; it is trusted as before.
+    Restarted = 9,
 }
 
 /// The bounds between which a number lies.
@@ -236,5 +238,6 @@ fn kind(kind: engine::EventKind) -> EventKind {
         engine::EventKind::Refused => EventKind::Refused,
         engine::EventKind::Ageing => EventKind::Ageing,
         engine::EventKind::Outlier => EventKind::Outlier,
+        engine::EventKind::Restarted => EventKind::Restarted,
     }
 }

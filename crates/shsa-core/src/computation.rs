@@ -235,6 +235,15 @@ impl Computation {
         }
     }
 
+    /// Forgets what it has seen, where it reads a signal that has begun anew. Returns whether it does.
+    pub fn begin_anew(&mut self, signal: SignalId) -> bool {
+        let reads = self.way.inputs().any(|input| input == signal);
+        if let (true, Body::Computed(Compiled { program, state, .. })) = (reads, &mut self.body) {
+            state.reset(program);
+        }
+        reads
+    }
+
     /// Sets the present value of a constant that is learned.
     pub fn set_constant(&mut self, variable: VariableId, value: Interval) {
         if let Body::Computed(computed) = &mut self.body {

@@ -97,6 +97,11 @@ impl Service {
         self.computation.set_constant(variable, value);
     }
 
+    /// Forgets what it has seen, where it reads a signal that has begun anew.
+    pub fn begin_anew(&mut self, signal: SignalId) {
+        self.computation.begin_anew(signal);
+    }
+
     /// The age of a way's outputs when its service gives them.
     #[must_use]
     pub fn lag(knowledge: &KnowledgeBase, way: &Way) -> Span {

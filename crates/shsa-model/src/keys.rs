@@ -154,7 +154,7 @@ pub const SPECIFICATION: [Key; 6] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 25] = [
+pub const SIGNAL: [Key; 26] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -180,6 +180,7 @@ pub const SIGNAL: [Key; 25] = [
     span("frozen_after"),
     text("rests_at", "a value", "0"),
     span("rests_for"),
+    formed("counter", Form::FlagOrText, "`true` or `false`", "true"),
     formed("hold", Form::FlagOrText, "`true`, `false` or a dead band", "0.2 K"),
     formed(
         "access",

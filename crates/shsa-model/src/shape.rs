@@ -269,6 +269,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         max_rate: keys.text("max_rate"),
         max_delay: keys.text("max_delay"),
         frozen_after: keys.text("frozen_after"),
+        counter: keys.text("counter"),
         rests_at: keys.text("rests_at"),
         rests_for: keys.text("rests_for"),
         hold: keys.text("hold"),

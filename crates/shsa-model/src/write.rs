@@ -187,6 +187,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("max_rate", signal.max_rate.as_ref().map(text)),
         ("max_delay", signal.max_delay.as_ref().map(text)),
         ("frozen_after", signal.frozen_after.as_ref().map(text)),
+        ("counter", signal.counter.as_ref().map(text)),
         ("rests_at", signal.rests_at.as_ref().map(text)),
         ("rests_for", signal.rests_for.as_ref().map(text)),
         ("hold", signal.hold.as_ref().map(text)),

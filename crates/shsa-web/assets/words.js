@@ -8,7 +8,7 @@ const SIGNS = {
   unserved: "✗", failed: "✗", unhealable: "✗", refused: "✗",
   silent: "○", absent: "○",
   frozen: "‖", "out of range": "✗", learning: "…",
-  unknown: "·", outlier: "·",
+  unknown: "·", outlier: "·", restarted: "·",
 };
 
 /** A verdict, quality or kind with its sign: colour is never the only difference. */

@@ -22,6 +22,7 @@ Limits for the readings of a signal; a reading beyond is out of range, too fast,
                        no limit. For sensors of which no two readings are equal
   rests_at: 0          the value at which `frozen_after` does not count, but
   rests_for: 1 min     the longest time with exactly this reading; default: no limit
+  counter: true        it only counts up: a lower reading is wrong, or the counter begins anew
   saturates: [-16, 16] the readings at which the signal only says that the value is there or beyond
 
 Errors of a signal's values:

@@ -1,20 +1,22 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
+mod counting;
+mod keep;
 mod newest;
 mod standstill;
 
 use super::about::Known;
 use super::clock::Misdated;
-use super::gate::{Gate, Measured};
+use super::gate::Gate;
 use super::history::{History, Reach, Reading, Sample};
-use super::reception::{Acceptance, Counts, Defect, Reception, Still};
-use crate::circle;
+use super::reception::{Acceptance, Counts, Reception, Still};
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
 use crate::numbers::CLOCKS_APART;
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+use counting::Counting;
 use standstill::Standstill;
 
 /// The longest accepted vector: a depth image of 640 times 480 has fewer elements. A longer one is invalid.
@@ -49,6 +51,8 @@ pub struct Port {
     stamp: Option<Time>,
     stamp_before: Option<Time>,
     standstill: Standstill,
+    /// What a counter has counted; `None` of what may fall.
+    counting: Option<Counting>,
 }
 
 impl Port {
@@ -70,15 +74,17 @@ impl Port {
             stamp: None,
             stamp_before: None,
             standstill: Standstill::default(),
+            counting: signal.limits.counts.then(Counting::default),
         }
     }
 
     /// Takes over everything that the same signal's port has received before a change of the model, without less room.
     pub fn inherit(&mut self, old: Port) {
         let capacity = self.scalars.capacity();
-        let Port { shape, range, turn, mut gate, .. } = *self;
+        let Port { shape, range, turn, mut gate, counting, .. } = *self;
         gate.inherit(old.gate);
-        *self = Port { shape, range, turn, gate, ..old };
+        let counting = counting.map(|new| old.counting.unwrap_or(new));
+        *self = Port { shape, range, turn, gate, counting, ..old };
         self.scalars.make_room(capacity);
     }
 
@@ -207,96 +213,6 @@ impl Port {
         self.gate.has_started_anew()
     }
 
-    #[inline]
-    fn keep(&mut self, signal: &Signal, value: &RawValue, validity: Validity) -> Acceptance {
-        let bounds = match (value, self.shape) {
-            (RawValue::Vector(elements), Shape::Vector) => return self.keep_scan(signal, elements, validity),
-            (RawValue::Vector(_), Shape::Scalar) | (_, Shape::Vector) => {
-                return Acceptance::Invalid(Defect::Shape);
-            }
-            (&RawValue::Number(number), _) => (number, number),
-            (&RawValue::Interval { lo, hi }, _) => (lo, hi),
-        };
-        self.keep_scalar(signal, bounds, validity)
-    }
-
-    #[inline]
-    fn keep_scalar(&mut self, signal: &Signal, (lo, hi): (f64, f64), validity: Validity) -> Acceptance {
-        let value = signal.enclose_bounds(lo, hi);
-        if value.is_empty() || !value.is_bounded() {
-            return Acceptance::Invalid(defect(lo, hi));
-        }
-        if !value.overlaps(self.range) {
-            return Acceptance::OutOfRange(value);
-        }
-        let value = self.turn.map_or(value, |turn| self.unwrapped(value, validity, turn));
-        let sample = Sample { validity, value };
-        if signal.holds && self.is_repeated(signal, sample) {
-            return Acceptance::Repeated;
-        }
-        match self.gate.measure(sample) {
-            Measured::Possible => self.scalars.push(sample),
-            Measured::TooFast(jump) => Acceptance::TooFast(jump),
-            Measured::Doubtful => Acceptance::Doubtful,
-            Measured::Refuting(jump) => match self.scalars.push(sample) {
-                Acceptance::Newest => Acceptance::Refuting(jump),
-                other => other,
-            },
-            Measured::Confirming(doubt) => {
-                self.scalars.push(doubt);
-                self.scalars.push(sample)
-            }
-        }
-    }
-
-    /// Whether a reading repeats the standing value before the next answer is due: then the reading is no evidence about its
-    /// own moment.
-    fn is_repeated(&self, signal: &Signal, sample: Sample) -> bool {
-        let since = self.scalars.newest(0).filter(|newest| newest.value == sample.value);
-        let since = since.map(|newest| sample.validity.to - newest.validity.to);
-        since.is_some_and(|since| since > Span::ZERO && signal.period().is_none_or(|period| since < period))
-    }
-
-    /// A reading of what wraps, shifted by whole turns to what was kept before it.
-    #[inline(never)]
-    fn unwrapped(&self, value: Interval, validity: Validity, turn: f64) -> Interval {
-        let before = self.scalars.before(validity);
-        before.map_or(value, |kept| circle::nearest(value, kept.value, turn))
-    }
-
-    #[inline(never)]
-    fn keep_scan(&mut self, signal: &Signal, elements: &[f64], validity: Validity) -> Acceptance {
-        if elements.is_empty() || elements.len() > LONGEST_VECTOR {
-            return Acceptance::Invalid(Defect::Shape);
-        }
-        if elements.iter().all(|element| element.is_nan()) {
-            return Acceptance::Invalid(Defect::NotANumber);
-        }
-        match self.scans.last().map(|newest| newest.validity.to) {
-            Some(newest) if newest == validity.to => return Acceptance::Duplicate,
-            Some(newest) if newest > validity.to => return Acceptance::Dropped,
-            _ => {}
-        }
-        let mut scan = if self.scans.len() < VECTORS {
-            Scan { validity, elements: Vec::with_capacity(elements.len()) }
-        } else {
-            self.scans.remove(0)
-        };
-        scan.validity = validity;
-        scan.elements.clear();
-        let any = |element: f64| enclose_element(signal, element);
-        match signal.plain_error() {
-            // The most frequent case. The signal's settings are read once, not for each element.
-            Some(error) => scan.elements.extend(elements.iter().map(|&element| {
-                let is_finite = element.abs() < f64::INFINITY;
-                if is_finite { Interval::new(element + error.lo, element + error.hi) } else { any(element) }
-            })),
-            None => scan.elements.extend(elements.iter().map(|&element| any(element))),
-        }
-        self.scans.push(scan);
-        Acceptance::Newest
-    }
-
     /// The newest scalar, if it alone determines the value at a moment; see [`History::alone_at`].
     #[inline]
     #[must_use]
@@ -373,24 +289,4 @@ fn lateness(signal: &Signal, observation: &Observation) -> Option<Span> {
     let (_, error) = signal.time_error;
     let delay = observation.received - observation.stamp;
     (delay - error > most).then_some(delay)
-}
-
-/// Why two bounds enclose no value.
-fn defect(lo: f64, hi: f64) -> Defect {
-    match (lo, hi) {
-        _ if lo.is_nan() || hi.is_nan() => Defect::NotANumber,
-        _ if lo.is_finite() && hi.is_finite() && lo > hi => Defect::Bounds,
-        _ => Defect::Infinite,
-    }
-}
-
-/// An element of a scan. Range sensors report infinity when nothing is near: it counts as beyond every number. Not-a-number is no
-/// value.
-fn enclose_element(signal: &Signal, element: f64) -> Interval {
-    let beyond = Interval::new(f64::MAX, f64::INFINITY);
-    match signal.scaling {
-        _ if element != f64::INFINITY => signal.enclose(element),
-        Some(scaling) if scaling.scale < 0.0 => -beyond,
-        _ => beyond,
-    }
 }

@@ -39,7 +39,14 @@ pub enum Acceptance {
     Reordered,
     /// Kept as the newest; the doubtful value before it cannot have come between.
     Refuting(Jump),
-    /// Not kept yet: the value is possible only if the one before it was held. The next one decides.
+    /// Kept as the newest: a counter has begun anew, and nothing is kept of before.
+    Anew {
+        /// The last value before.
+        last: Interval,
+        /// The first value after.
+        first: Interval,
+    },
+    /// Not kept yet: the value is possible only if the one before it was held, or if a counter begins anew. The next one decides.
     Doubtful,
     /// Not kept: the observation repeats the standing value before the next answer is due.
     Repeated,
@@ -59,7 +66,10 @@ impl Acceptance {
     /// Whether the value was accepted.
     #[must_use]
     pub fn is_kept(self) -> bool {
-        matches!(self, Acceptance::Newest | Acceptance::Reordered | Acceptance::Refuting(_))
+        matches!(
+            self,
+            Acceptance::Newest | Acceptance::Reordered | Acceptance::Refuting(_) | Acceptance::Anew { .. }
+        )
     }
 
     /// Whether the value is possible for the signal.
@@ -122,7 +132,9 @@ impl Counts {
     #[inline(never)]
     pub(super) fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
         let count = match acceptance {
-            Acceptance::Newest | Acceptance::Repeated | Acceptance::Doubtful => &mut self.accepted,
+            Acceptance::Newest | Acceptance::Repeated | Acceptance::Doubtful | Acceptance::Anew { .. } => {
+                &mut self.accepted
+            }
             // The doubtful one has been counted as accepted: that stands for this one.
             Acceptance::Refuting(_) => &mut self.too_fast,
             Acceptance::Reordered => {

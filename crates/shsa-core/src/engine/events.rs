@@ -104,6 +104,9 @@ pub(super) fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evide
         Evidence::OutOfRange(value) => {
             Reason::OutOfRange { value: range(value), range: range_of(knowledge, signal) }
         }
+        Evidence::TooFast(jump) if jump.max_rate == 0.0 => {
+            Reason::CountedDown { from: range(jump.from), to: range(jump.to) }
+        }
         Evidence::TooFast(jump) => Reason::TooFast {
             from: range(jump.from),
             to: range(jump.to),

@@ -122,6 +122,8 @@ pub enum EventKind {
     Refused,
     /// A single reading of a signal is wrong; the signal is trusted as before.
     Outlier,
+    /// A counter has begun anew; it is trusted as before.
+    Restarted,
 }
 
 /// How serious a decision is for whoever watches.
@@ -140,7 +142,7 @@ impl EventKind {
     #[must_use]
     pub fn severity(self) -> Severity {
         match self {
-            EventKind::Restored | EventKind::Outlier => Severity::Info,
+            EventKind::Restored | EventKind::Outlier | EventKind::Restarted => Severity::Info,
             EventKind::Suspected | EventKind::Substituted | EventKind::Refused | EventKind::Ageing => {
                 Severity::Warning
             }
@@ -157,7 +159,7 @@ impl EventKind {
     /// Whether trust, a source or the state of a need changes.
     #[must_use]
     pub fn is_decision(self) -> bool {
-        self != EventKind::Outlier
+        !matches!(self, EventKind::Outlier | EventKind::Restarted)
     }
 
     /// The kind of this name.
@@ -167,7 +169,7 @@ impl EventKind {
     }
 
     /// Every kind.
-    pub const ALL: [EventKind; 9] = [
+    pub const ALL: [EventKind; 10] = [
         EventKind::Suspected,
         EventKind::Failed,
         EventKind::Silent,
@@ -177,6 +179,7 @@ impl EventKind {
         EventKind::Refused,
         EventKind::Ageing,
         EventKind::Outlier,
+        EventKind::Restarted,
     ];
 
     /// The kind's name in files and on screens.
@@ -192,6 +195,7 @@ impl EventKind {
             EventKind::Refused => "refused",
             EventKind::Ageing => "ageing",
             EventKind::Outlier => "outlier",
+            EventKind::Restarted => "restarted",
         }
     }
 }

@@ -280,6 +280,9 @@ impl Engine {
         if let Some(change) = observed.change {
             self.changes.push(change);
         }
+        if let Some((last, first)) = observed.began {
+            self.begin_anew(observation.signal, last, first, now);
+        }
         self.waiting = true;
         if self.fuses() {
             self.feed(observation, observed, now);

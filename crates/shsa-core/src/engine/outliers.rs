@@ -1,4 +1,5 @@
-//! Reports single wrong readings, which change neither trust nor a source: refused ones, and those that comparisons prove wrong.
+//! Reports what changes neither trust nor a source: single wrong readings, refused ones and those that comparisons prove wrong; and
+//! counters that begin anew.
 
 use super::message::{Event, EventKind, Output};
 use super::{Engine, events};
@@ -22,6 +23,17 @@ impl Engine {
             let event = refused_event(&self.knowledge, signal, symptom, evidence, now);
             self.outputs.push_back(Output::Event(event));
         }
+    }
+
+    /// A counter has begun anew: what is computed from it does so, too.
+    #[cold]
+    pub(super) fn begin_anew(&mut self, signal: SignalId, last: Interval, first: Interval, now: Time) {
+        self.providers.iter_mut().for_each(|provider| provider.begin_anew(signal));
+        let range = |value| Range::of(&self.knowledge, self.knowledge.signals()[signal].variable, value);
+        let because = Reason::CountsAnew { from: range(first), last: range(last) };
+        let about = Component::Signal(signal);
+        let event = events::event(&self.knowledge, EventKind::Restarted, about, because, now);
+        self.outputs.push_back(Output::Event(event));
     }
 
     /// Reports readings that comparisons prove wrong, of signals that are trusted.

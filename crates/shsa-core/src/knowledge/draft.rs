@@ -295,6 +295,8 @@ pub struct SignalDraft {
     pub rests_for: Option<Text>,
     /// `true` when a value stands until the next one, or `false`.
     pub hold: Option<Text>,
+    /// `true` when the signal only counts up, but for beginning anew, or `false`.
+    pub counter: Option<Text>,
     /// `port`, `estimate` or `both`: what is computed from it later takes for its value.
     pub access: Option<Text>,
     /// Names of signals that it is computed from.

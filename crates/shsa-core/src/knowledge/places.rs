@@ -91,6 +91,7 @@ fn signal(it: &mut SignalDraft, each: &mut dyn FnMut(&mut Text)) {
         &mut it.rests_at,
         &mut it.rests_for,
         &mut it.hold,
+        &mut it.counter,
         &mut it.access,
     ];
     texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);

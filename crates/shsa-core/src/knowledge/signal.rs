@@ -141,6 +141,8 @@ pub struct ReadingLimits {
     pub rests_at: Option<f64>,
     /// How long readings may stay at `rests_at`; `None`: for any time.
     pub rests_for: Option<Span>,
+    /// Whether it only counts up, but for beginning anew. For scalars only.
+    pub counts: bool,
     /// The turn after which the variable's values repeat, SI; see [`Variable::wraps`](super::Variable::wraps).
     pub turn: Option<f64>,
 }

@@ -60,6 +60,16 @@ impl Monitor {
         }
     }
 
+    /// A signal has begun anew: what is computed from it forgets what it has seen. O(ways).
+    pub(super) fn begin_anew(&mut self, signal: SignalId) {
+        for way in &mut self.ways {
+            if way.computation.begin_anew(signal) {
+                way.outputs.clear();
+                way.measured = None;
+            }
+        }
+    }
+
     /// Accepts the present level of a signal's readings as sound.
     pub fn trust_readings(&mut self, signal: SignalId) {
         self.ports[signal].come_home();

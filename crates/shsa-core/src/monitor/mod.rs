@@ -50,6 +50,7 @@ pub use window::{Debounce, ResidualState, Window};
 
 use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
 use crate::computation::Settled;
+use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId, SignalSet};
 use crate::observation::Observation;
 use crate::substitution::Way;
@@ -128,6 +129,7 @@ impl Monitor {
         };
         let change = self.timeouts.observe_message(signal, wrong, now);
         let (kept, repeated) = (reception.acceptance.is_kept(), reception.acceptance == Acceptance::Repeated);
+        let began = began_anew(reception.acceptance);
         if kept {
             if let Some(newest) = port.newest() {
                 self.frozen[signal].record(newest.value, now);
@@ -139,7 +141,10 @@ impl Monitor {
                 self.resume(signal);
             }
         }
-        Observed { kept, repeated, change }
+        if began.is_some() {
+            self.begin_anew(signal);
+        }
+        Observed { kept, repeated, began, change }
     }
 
     /// Drops an observation whose stamp is wrong.
@@ -154,7 +159,12 @@ impl Monitor {
         let signal = observation.signal;
         let reception = self.ports[signal].drop_misdated(description, observation, misdated, now);
         self.detectors.observe(signal, &reception, now);
-        Observed { kept: false, repeated: false, change: self.timeouts.observe_message(signal, None, now) }
+        Observed {
+            kept: false,
+            repeated: false,
+            began: None,
+            change: self.timeouts.observe_message(signal, None, now),
+        }
     }
 
     /// Looks for signals that have become silent.
@@ -347,12 +357,23 @@ impl Monitor {
 }
 
 /// How the monitor has handled an observation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Observed {
     /// Whether the observation was accepted.
     pub kept: bool,
     /// Whether the observation repeats the standing value.
     pub repeated: bool,
+    /// Where a counter has begun anew: the last value before, and the first one after.
+    pub began: Option<(Interval, Interval)>,
     /// The signal had been absent until now.
     pub change: Option<Change>,
+}
+
+/// The last value before a counter began anew, and the first one after.
+#[inline]
+fn began_anew(acceptance: Acceptance) -> Option<(Interval, Interval)> {
+    match acceptance {
+        Acceptance::Anew { last, first } => Some((last, first)),
+        _ => None,
+    }
 }

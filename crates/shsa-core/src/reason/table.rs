@@ -37,6 +37,10 @@ reasons! {
         from: Range = "The value before.", to: Range = "The value after.",
         within: Span = "The time between them.", most: Amount = "What is possible in a second."
     };
+    /// What only counts up was lower than before.
+    "counted-down" CountedDown { from: Range = "The value before.", to: Range = "The value after." };
+    /// A counter has begun anew.
+    "counts-anew" CountsAnew { from: Range = "The first value.", last: Range = "The last value before." };
     /// A time stamp was before an earlier one.
     "stamp-went-back" StampWentBack { by: Span = "By how much." };
     /// A value arrived too long after its time stamp.
@@ -125,8 +129,7 @@ reasons! {
     "by-shared" ByShared { cause: String = "The common cause.", signals: Vec<String> = "The signals that share it." };
     /// The probability of the accusation, and the next best explanation.
     "probability-and-next" ProbabilityAndNext {
-        own: Probability = "That of the accused.", next: Subject = "The next one.",
-        other: Probability = "That of the next one."
+        own: Probability = "Of the accused.", next: Subject = "The next one.", other: Probability = "Of the next one."
     };
     /// The probability of the accusation.
     "probability" Probability { own: Probability = "That of the accused." };
@@ -172,8 +175,7 @@ reasons! {
     "contradicted" Contradicted { source: String = "The source." };
     /// The values of the source are wider than the need allows.
     "source-too-wide" SourceTooWide {
-        source: String = "The source.", width: Amount = "How wide they are.",
-        most: Amount = "What the need allows."
+        source: String = "The source.", width: Amount = "How wide they are.", most: Amount = "What is allowed."
     };
     /// The values of the source are older than the need allows.
     "source-too-old" SourceTooOld {
@@ -243,8 +245,7 @@ reasons! {
     "limits" Limits { age: Span = "The age.", width: f64 = "The width, SI." };
     /// The uncertain value is wider than the need allows.
     "uncertain-too-wide" UncertainTooWide {
-        served_by: ServedBy = "What would go out.", width: Amount = "How wide it is.",
-        most: Amount = "What the need allows."
+        served_by: ServedBy = "What would serve.", width: Amount = "How wide it is.", most: Amount = "What is allowed."
     };
     /// The uncertain value is older than the need allows.
     "uncertain-too-old" UncertainTooOld {
@@ -271,8 +272,7 @@ reasons! {
     "relation-barred" RelationBarred { relation: String = "The relation." };
     /// No usable signal of a variable is fast enough.
     "rate-too-low" RateTooLow {
-        variable: String = "The variable.", rate_hz: f64 = "The rate of the fastest.",
-        least_hz: f64 = "What was asked."
+        variable: String = "The variable.", rate_hz: f64 = "The fastest rate.", least_hz: f64 = "What was asked."
     };
     /// No usable signal of a variable has the required level.
     "signals-integrity" SignalsIntegrity {

@@ -14,6 +14,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("infinite", "infinite"),
     ("bounds-crossed", "with its lower bound above the upper one"),
     ("out-of-range", "{value} is out of {range}"),
+    ("counted-down", "from {from} down to {to}, and it only counts up"),
+    ("counts-anew", "it counts anew from {from}, after {last}"),
     ("too-fast", "from {from} to {to} within {within}, at most {most} a second is possible"),
     ("stamp-went-back", "its time stamp went back by {by}"),
     ("arrived-late", "arrived {after} after its time stamp, {allowed} is allowed"),

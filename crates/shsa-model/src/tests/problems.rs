@@ -228,7 +228,7 @@ needs: { scan: {} }",
          5:70 error: `3` has no unit (write a time like `300 ms` or `2 s`)
          6:32 error: expected the lowest and the highest reading, found one value (write it like `range: [0, 5 V]`)
          6:47 error: `-1 s` is negative (write a time like `300 ms`)
-         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, scale, offset, rate, value_error, change_error, noise, time_error, delay, mean_over, timeout, range, saturates, max_rate, max_delay, frozen_after, rests_at, rests_for, hold, access, derived_from, shares, properties)
+         6:53 error: unknown key `maxrate` (did you mean `max_rate`? known keys here: variable, source, unit, scale, offset, rate, value_error, change_error, noise, time_error, delay, mean_over, timeout, range, saturates, max_rate, max_delay, frozen_after, rests_at, rests_for, counter, hold, access, derived_from, shares, properties)
          7:32 error: `range` has no meaning for `scan`, which is a vector (leave it away)
          7:49 error: `max_rate` has no meaning for `scan`, which is a vector (leave it away)
          8:52 error: `mean_over` has no meaning for `scan`, which is a vector (leave it away)

@@ -148,14 +148,15 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
     let ranges = (some((text(), text())), some((text(), text())));
     let errors = (some(text()), some(text()));
     let limits = (ranges, some(text()), some(text()), some(text()), errors, some(text()));
-    let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()), some(text()));
+    let scaling =
+        ((some(text()), some(text())), some(text()), some(text()), some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
             ((range, saturates), max_rate, max_delay, mean_over, (noise, change_error), frozen_after),
-            (scale, offset, hold, rests_at, rests_for, access),
+            ((scale, counter), offset, hold, rests_at, rests_for, access),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -179,6 +180,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 max_rate,
                 max_delay,
                 frozen_after,
+                counter,
                 rests_at,
                 rests_for,
                 hold,

@@ -327,7 +327,7 @@ fn kind(kind: EventKind) -> String {
         EventKind::Substituted => "⇄",
         EventKind::Restored => "✓",
         EventKind::Ageing => "↗",
-        EventKind::Outlier => "·",
+        EventKind::Outlier | EventKind::Restarted => "·",
     };
     format!("<span class=\"{class}\">{sign} {}</span>", kind.name())
 }

@@ -156,6 +156,15 @@ impl Provider {
         self.delegate.offer(self.state.way())
     }
 
+    /// A signal has begun anew: sources forget what they have seen of it. What another process has seen it cannot forget, so the
+    /// engine computes the source itself until the process has begun anew, too.
+    pub(in super::super) fn begin_anew(&mut self, signal: SignalId) {
+        self.state.begin_anew(signal);
+        if self.state.way().is_some_and(|way| way.inputs().any(|input| input == signal)) {
+            self.delegate.retire();
+        }
+    }
+
     /// Takes a report of the process that computes the source.
     pub(in super::super) fn take_report(
         &mut self,

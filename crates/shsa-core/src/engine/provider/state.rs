@@ -7,7 +7,7 @@ use super::settings::Settings;
 use super::turn::period_of;
 use super::unsure::Unsure;
 use super::{Better, earlier};
-use crate::knowledge::{KnowledgeBase, SignalSet};
+use crate::knowledge::{KnowledgeBase, SignalId, SignalSet};
 use crate::monitor::rests_on;
 use crate::observation::Observation;
 use crate::reason::Reasons;
@@ -179,6 +179,15 @@ impl State {
         }
         if let Some(unsure) = self.unsure_mut() {
             unsure.observe(knowledge, observation);
+        }
+    }
+
+    pub(super) fn begin_anew(&mut self, signal: SignalId) {
+        if let State::Serving(serving) = self {
+            serving.service.begin_anew(signal);
+        }
+        if let Some(unsure) = self.unsure_mut() {
+            unsure.begin_anew(signal);
         }
     }
 

@@ -4,6 +4,7 @@ mod change;
 mod saturation;
 mod sign;
 mod standing;
+mod times;
 
 use super::problems::Problems;
 use super::quantity;
@@ -13,7 +14,6 @@ use crate::knowledge::draft::{Place, SignalDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
-use crate::knowledge::signal::usual_timeout;
 use crate::knowledge::sources::{self, Found};
 use crate::knowledge::{
     Access, IdVec, Properties, ReadingLimits, Scaling, Shape, Signal, SignalId, Variable, VariableId,
@@ -26,7 +26,8 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use change::change_error;
 use saturation::saturation;
-use standing::{frozen_after, holds, rests_at, rests_for};
+use standing::{counts, frozen_after, holds, rests_at, rests_for};
+use times::{max_delay, mean_over, timeout};
 
 /// Reads signals and their common causes; a signal without a known variable is left out.
 pub(super) fn build(
@@ -133,6 +134,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
     let rests_at = rests_at(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let rests_for = rests_for(problems, draft);
+    let counts = counts(problems, draft, variable.map(|id| &variables.list[id]));
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let saturation = saturation(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
@@ -157,7 +159,15 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         holds,
         dead_band: dead_band.unwrap_or(0.0),
         access: access(problems, draft.access.as_ref(), variable.map(|id| &variables.list[id])),
-        limits: ReadingLimits { max_delay, saturation, frozen_after, rests_at, rests_for, ..possible },
+        limits: ReadingLimits {
+            max_delay,
+            saturation,
+            frozen_after,
+            rests_at,
+            rests_for,
+            counts,
+            ..possible
+        },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,
@@ -247,41 +257,6 @@ fn noise(problems: &mut Problems, draft: &SignalDraft, text: &Text, unit: Option
     let help = "write how much values scatter, or leave `noise` away when it is not known";
     problems.error(text, "a standard deviation is above 0", help);
     None
-}
-
-fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -> Option<Span> {
-    let usual = rate_hz.map(usual_timeout);
-    match text {
-        None => usual,
-        Some(text) if text.text == "none" => None,
-        Some(text) => match quantity::span(problems, text) {
-            Some(Span::ZERO) => {
-                problems.error(text, "a signal that may never be silent", "write a time, or `timeout: none`");
-                usual
-            }
-            read => read.or(usual),
-        },
-    }
-}
-
-fn mean_over(problems: &mut Problems, draft: &SignalDraft, variable: Option<&Variable>) -> Option<Span> {
-    let text = draft.mean_over.as_ref()?;
-    match variable {
-        Some(variable) if variable.shape == Shape::Vector => {
-            vectors_have_none(problems, "mean_over", text, variable);
-            None
-        }
-        _ => quantity::span(problems, text),
-    }
-}
-
-/// The declared delay, else the usual delay and the timeout together: after that, nothing waits for a value.
-fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, Span)>) -> Option<Span> {
-    match text {
-        None => usual.map(|(delay, timeout)| delay + timeout),
-        Some(text) if text.text == "none" => None,
-        Some(text) => quantity::span(problems, text),
-    }
 }
 
 fn access(problems: &mut Problems, text: Option<&Text>, variable: Option<&Variable>) -> Access {

@@ -158,6 +158,7 @@ pub(super) fn signal_fields(draft: &SignalDraft) -> Fields {
         ("rests_at", words(draft.rests_at.as_ref())),
         ("rests_for", words(draft.rests_for.as_ref())),
         ("hold", words(draft.hold.as_ref())),
+        ("counter", words(draft.counter.as_ref())),
         ("access", words(draft.access.as_ref())),
         ("derived_from", list(&draft.derived_from)),
         ("shares", shares(&draft.shares)),

@@ -36,6 +36,7 @@ impl Moment {
                 self.refuted = Some(self.refuted.map_or(jump, |other| worse(other, jump)));
             }
             Acceptance::Newest
+            | Acceptance::Anew { .. }
             | Acceptance::Doubtful
             | Acceptance::Repeated
             | Acceptance::Reordered

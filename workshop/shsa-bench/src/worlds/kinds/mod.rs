@@ -68,6 +68,7 @@ pub(super) const KINDS: &[Kind] = &[
     structure("delay", "what follows another later", past::delay),
     structure("rate", "a speed and the derivative of a way", past::rate),
     structure("offset", "the same of sensors that are off by much, and change exactly", past::offset),
+    structure("counter", "the same of counters that begin anew", past::counter),
     structure("turning", "a turn rate and the derivative of a heading", past::turning),
     structure("mean", "a moving mean", past::mean),
     structure("mean_over", "sensors that give means over a time", past::mean_over),

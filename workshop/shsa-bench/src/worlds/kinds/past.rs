@@ -24,18 +24,39 @@ pub(super) fn delay(world: &mut World, chance: &mut Chance) {
 }
 
 pub(super) fn rate(world: &mut World, chance: &mut Chance) {
-    let middle = [0.0, 3.0][chance.below(2)];
+    rate_of(world, chance, None);
+}
+
+/// A speed and the derivative of a way, which may be counted from 0 again at some time; returns the way.
+fn rate_of(world: &mut World, chance: &mut Chance, restart: Option<f64>) -> Option<usize> {
+    let middle = [restart.map_or(0.0, |_| 2.2), 3.0][chance.below(2)];
     let speed = world.add_waves(chance, SPEED, middle, 2.0);
-    let Some(waves) = world.variables[speed].waves.clone() else { return };
-    let of = waves.clone();
-    let way = world.add(LENGTH, Arc::new(move |time| of.integral(time)));
+    let waves = world.variables[speed].waves.clone()?;
+    let gone: Course = Arc::new(move |time| waves.integral(time));
+    let shown = restart.map_or_else(|| gone.clone(), |restart| counted(gone.clone(), restart));
+    let way = world.add(LENGTH, shown);
+    world.variables[way].steps = restart.is_some();
     let window = span(world, chance, 6.0, 30.0);
-    let right = mean_rate(world.course(way), window);
+    let right = mean_rate(gone, window);
     let error = world.off_centre(speed, &right);
     let relation = world.relate(speed, &format!("derivative(${way}, {window:?} s)"), right);
     relation.only_for.push(speed);
     relation.error = error;
     sense_way(world, chance, way, 2.0 * window);
+    Some(way)
+}
+
+/// What shows the way since a time; before that, it was far already.
+fn counted(way: Course, restart: f64) -> Course {
+    Arc::new(move |time| way(time) - way(if time < restart { -20.0 * restart } else { restart }))
+}
+
+pub(super) fn counter(world: &mut World, chance: &mut Chance) {
+    let restart = world.seconds * (0.1 + 0.8 * chance.share());
+    let Some(way) = rate_of(world, chance, Some(restart)) else { return };
+    for signal in world.signals.iter_mut().filter(|it| it.variable == way) {
+        signal.keys = "counter: true".to_owned();
+    }
 }
 
 /// What is computed over a window is about its middle.

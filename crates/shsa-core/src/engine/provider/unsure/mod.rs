@@ -118,6 +118,10 @@ impl Unsure {
         }
     }
 
+    pub(super) fn begin_anew(&mut self, signal: SignalId) {
+        self.candidates.iter_mut().for_each(|candidate| candidate.service.begin_anew(signal));
+    }
+
     /// The candidates.
     pub(super) fn ways(&self) -> impl Iterator<Item = &Way> {
         self.candidates.iter().map(|it| it.service.way())

@@ -47,6 +47,22 @@ pub(super) fn holds(
     Some(dead_band)
 }
 
+/// Whether it only counts up.
+pub(super) fn counts(problems: &mut Problems, draft: &SignalDraft, variable: Option<&Variable>) -> bool {
+    let Some(text) = draft.counter.as_ref().filter(|text| text.text != "false") else { return false };
+    if text.text != "true" {
+        let message = format!("`{}` does not say whether `{}` only counts up", text.text, draft.name.text);
+        let help = "write `counter: true`; at which number it runs over is the `wraps` of its variable";
+        problems.error(text, message, help);
+        return false;
+    }
+    if let Some(variable) = variable.filter(|variable| variable.shape == Shape::Vector) {
+        vectors_have_none(problems, "counter", text, variable);
+        return false;
+    }
+    true
+}
+
 pub(super) fn frozen_after(problems: &mut Problems, text: Option<&Text>) -> Option<Span> {
     let text = text.filter(|text| text.text != "none")?;
     let read = quantity::span(problems, text)?;
