@@ -118,7 +118,8 @@ impl History {
             Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
                 Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
             }
-            Some((_, sample)) if sample.validity.to >= moment.from => Known::Never,
+            // What comes after the newest sample is no nearer to a moment before it.
+            _ if self.newest(0).is_some_and(|newest| newest.validity.to >= moment.from) => Known::Never,
             _ => Known::Later,
         }
     }

@@ -1,6 +1,7 @@
 //! Tests of values at a moment, and of the ring.
 
 use super::*;
+use crate::alignment::Known;
 use proptest::prelude::*;
 
 fn sample(from: i64, to: i64, value: f64) -> Sample {
@@ -166,6 +167,22 @@ proptest! {
         let (gap, value) = history.nearest(moment);
         let reach = Reach { max_rate: 0.0, max_gap: Span::MAX, stands: false };
         prop_assert_eq!(history.at(moment, reach), Some(Reading { value, gap }));
+    }
+
+    /// Once there is a sample after a moment, nothing is waited for.
+    #[test]
+    fn what_lies_in_the_past_is_known_or_never_known(
+        samples in proptest::collection::vec((0i64..100, 0i64..12), 1..8), from in -5i64..110, length in 0i64..12,
+        max_gap in 0i64..60, max_rate in prop_oneof![Just(0.0), Just(1e9)],
+    ) {
+        let mut history = History::new(16);
+        for (from, length) in &samples {
+            history.push(sample(*from, from + length, 1.0));
+        }
+        let moment = Validity { from: Time(from), to: Time(from + length) };
+        let reach = Reach { max_rate, max_gap: Span(max_gap), stands: false };
+        let is_past = samples.iter().any(|(from, _)| Time(*from) > moment.to);
+        prop_assert!(!is_past || history.about(moment, reach) != Known::Later);
     }
 
     #[test]
