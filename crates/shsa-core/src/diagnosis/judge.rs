@@ -168,6 +168,7 @@ impl Judge {
         for _ in 0..MOST_ROUNDS {
             let before = review.decisions.len();
             review.judge.awaited.clear();
+            review.hear_again();
             review.accuse();
             review.clear();
             if review.decisions.len() == before {

@@ -27,7 +27,7 @@ impl Engine {
             changed = true;
             let absence = self.monitor.timeouts().absence(signal);
             let is_reported = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
-            if self.ledger.fail_by_readings(signal, now) {
+            if self.ledger.fail_by_readings(signal, fault.absent_for.map(|span| now - span), now) {
                 let event = events::fault(&self.knowledge, signal, &fault, now);
                 let accusation = events::accusation(&self.knowledge, &event);
                 self.ledger.note_report(Component::Signal(signal), accusation);

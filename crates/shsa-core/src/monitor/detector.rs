@@ -67,6 +67,8 @@ pub struct Fault {
     pub evidence: Evidence,
     /// The number of bad moments of reception, and among how many recent ones.
     pub count: (u32, u32),
+    /// Where it may be that the sensor only has nothing to show, for how long that may have lasted.
+    pub absent_for: Option<Span>,
 }
 
 /// What a signal's own readings show anew.
@@ -333,7 +335,9 @@ impl Detector {
     fn decided(&self, at: usize, evidence: Evidence) -> Option<Fault> {
         let (count, rule) = (self.bits.get(at)?.count_ones(), self.rules.get(at)?);
         let symptom = *DETECTED.get(at)?;
-        let fault = |count, n| Fault { symptom, evidence, count: (count, n) };
+        let shows_nothing = matches!(evidence, Evidence::Invalid(_) | Evidence::OutOfRange(_));
+        let absent_for = shows_nothing.then(|| self.lifetime.unwrap_or(Span::ZERO));
+        let fault = |count, n| Fault { symptom, evidence, count: (count, n), absent_for };
         if count >= rule.k {
             return Some(fault(count, self.seen.min(rule.n).max(count)));
         }

@@ -215,6 +215,10 @@ impl Ledger {
         result
     }
 
+    fn change_accused(&mut self, component: Component, change: impl FnOnce(&mut Accused)) {
+        self.change(component, |standing| standing.accused_mut().map(change));
+    }
+
     /// Accuses a component.
     pub fn accuse(&mut self, component: Component, accused: Accused, now: Time) {
         let relapses = self.relapses(component, now);
@@ -228,9 +232,9 @@ impl Ledger {
     }
 
     /// Fails a signal whose own readings show a fault, so that its comparisons blame no other component. The signal is trusted
-    /// again after its readings and all its comparisons have supported it for the probation time. Returns whether the verdict is
-    /// new.
-    pub fn fail_by_readings(&mut self, signal: SignalId, now: Time) -> bool {
+    /// again after its readings and all its comparisons have supported it for the probation time. `absent_since`: where it may be that
+    /// the sensor only has nothing to show, since when at the earliest. Returns whether the verdict is new.
+    pub fn fail_by_readings(&mut self, signal: SignalId, absent_since: Option<Time>, now: Time) -> bool {
         let component = Component::Signal(signal);
         let before = self.accused(component);
         if self.has_failed(signal) {
@@ -242,7 +246,8 @@ impl Ledger {
         }
         let by = By::Readings { contradicted: before.is_some() };
         let conflicts = before.map(|it| it.conflicts.clone()).unwrap_or_default();
-        let accused = Accused { is_alone: true, conflicts, ..Accused::new(Verdict::Failed, by) };
+        let accused =
+            Accused { is_alone: true, absent_since, conflicts, ..Accused::new(Verdict::Failed, by) };
         self.accuse(component, accused, now);
         self.newly_failed.insert(component);
         true
@@ -279,6 +284,11 @@ impl Ledger {
         })
     }
 
+    /// Notes whether comparisons with a failed component are evidence about others again.
+    pub fn hear(&mut self, component: Component, bears_witness: bool) {
+        self.change_accused(component, |accused| accused.bears_witness = bears_witness);
+    }
+
     /// Notes that no evidence accuses a component, and none supports it; returns since when.
     pub fn fall_silent(&mut self, component: Component, now: Time) -> Time {
         self.change(component, |standing| {
@@ -295,17 +305,12 @@ impl Ledger {
 
     /// Lets a component serve where nothing else is left, after a silence of its probation.
     pub fn leave_unproven(&mut self, component: Component) {
-        self.change(component, |standing| {
-            if let Some(accused) = standing.accused_mut() {
-                accused.support = Support::Unproven(None);
-            }
-        });
+        self.change_accused(component, |accused| accused.support = Support::Unproven(None));
     }
 
     /// Notes that all evidence supports a component, since a moment or earlier.
     pub fn support(&mut self, component: Component, since: Time) {
-        self.change(component, |standing| {
-            let Some(accused) = standing.accused_mut() else { return };
+        self.change_accused(component, |accused| {
             accused.support = match accused.support {
                 Support::Against => Support::Supported(since, since),
                 Support::Silent(quiet) | Support::Supported(_, quiet) => Support::Supported(since, quiet),
@@ -435,11 +440,7 @@ impl Ledger {
 
     /// Keeps the words in which an event has reported an accusation.
     pub fn note_report(&mut self, component: Component, accusation: Accusation) {
-        self.change(component, |standing| {
-            if let Some(accused) = standing.accused_mut() {
-                accused.reported = Some(accusation);
-            }
-        });
+        self.change_accused(component, |accused| accused.reported = Some(accusation));
     }
 
     /// Restores a record from before a restart. Its accusation stands until new evidence clears it.
@@ -461,11 +462,9 @@ impl Ledger {
 
     /// Restores the comparisons that have disagreed with an accused component before a restart.
     pub fn recall_conflicts(&mut self, component: Component, conflicts: BTreeSet<ConflictPair>) {
-        self.change(component, |standing| {
-            if let Some(accused) = standing.accused_mut().filter(|_| !conflicts.is_empty()) {
-                accused.conflicts = conflicts;
-            }
-        });
+        if !conflicts.is_empty() {
+            self.change_accused(component, |accused| accused.conflicts = conflicts);
+        }
     }
 
     /// Notes a value of a signal; returns whether it is the first one of a signal that was accused before a restart.

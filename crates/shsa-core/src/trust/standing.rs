@@ -65,6 +65,8 @@ pub struct Accused {
     pub is_alone: bool,
     /// When the component was accused; `None` after a restart.
     pub since: Option<Time>,
+    /// Where it may be that the sensor only has nothing to show, since when at the earliest.
+    pub absent_since: Option<Time>,
     /// The common cause that is blamed.
     pub cause: Option<CauseId>,
     /// What the evidence has said since.
@@ -78,6 +80,9 @@ pub struct Accused {
     pub reported: Option<Accusation>,
     /// Whether the signal was accused before a restart and has given no value since: its first one is news to the judge.
     pub awaits_value: bool,
+    /// Whether comparisons with it are evidence about others again, while it is not trusted yet: it agrees again with one that has
+    /// accused it, and contradicts none that is trusted.
+    pub bears_witness: bool,
 }
 
 /// What has accused a component.
@@ -169,12 +174,14 @@ impl Accused {
             by,
             is_alone: false,
             since: None,
+            absent_since: None,
             cause: None,
             support: Support::Against,
             latest_value: None,
             conflicts: BTreeSet::new(),
             reported: None,
             awaits_value: false,
+            bears_witness: false,
         }
     }
 
@@ -182,6 +189,12 @@ impl Accused {
     #[must_use]
     pub fn is_by_readings(&self) -> bool {
         self.by != By::Comparisons
+    }
+
+    /// Whether it explains that another component was accused: that a sensor has had nothing to show only since then does not.
+    #[must_use]
+    pub fn explains(&self, other: &Accused) -> bool {
+        self.absent_since.zip(other.since).is_none_or(|(absent, accused)| absent <= accused)
     }
 
     /// Whether only comparisons can clear a signal whose readings have shown a fault.
@@ -223,7 +236,8 @@ impl Standing {
 
     /// Whether comparisons with the component are no evidence about others: it has failed, or is forbidden.
     pub(super) fn is_discounted(&self) -> bool {
-        self.is_forbidden || self.accused().is_some_and(|it| it.verdict == Verdict::Failed)
+        self.is_forbidden
+            || self.accused().is_some_and(|it| it.verdict == Verdict::Failed && !it.bears_witness)
     }
 
     /// What outlasts a restart.

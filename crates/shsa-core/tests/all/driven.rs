@@ -6,6 +6,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 
 /// Nanoseconds of a millisecond.
 pub(crate) const MS: i64 = 1_000_000;
@@ -80,6 +81,11 @@ impl Driven {
     /// Another input.
     pub(crate) fn handle(&mut self, input: Input) {
         self.engine.handle(input);
+    }
+
+    /// The verdict on a signal, by its place in the model.
+    pub(crate) fn verdict(&self, signal: usize) -> Verdict {
+        self.engine.verdict(SignalId::from_index(signal))
     }
 
     /// All that came out since it was asked last.

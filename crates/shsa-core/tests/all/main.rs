@@ -49,6 +49,7 @@ mod noise;
 mod numbers;
 mod outliers;
 mod trust;
+mod second_fault;
 mod coverage;
 mod ranges;
 mod many;

@@ -13,10 +13,11 @@
 //! and then.
 
 use super::evidence::{is_explained, rests_on, rests_on_any, stands_still};
-use super::power::is_of_a_bound;
+use super::power::{has_power, is_of_a_bound};
 use super::{Decision, EvidenceView, Proof, Review};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
+use crate::time::Span;
 use crate::trust::{Accused, Component, ConflictPair, Support, Verdict};
 use alloc::collections::BTreeSet;
 
@@ -25,8 +26,8 @@ enum Weighed {
     /// A comparison accuses the component, or may still do so, or a detector does.
     Against(Option<ConflictPair>),
     /// No evidence accuses the component, and none supports it. `is_appeased`: all comparisons that have accused it agree again,
-    /// but of changes only.
-    Silent { is_appeased: bool },
+    /// but of changes only. `is_explained`: those whom it was compared with have had nothing to show since.
+    Silent { is_appeased: bool, is_explained: bool },
     /// A comparison that has accused the component agrees again.
     For(Proof),
     /// Other failed components explain all comparisons that have accused the component.
@@ -37,10 +38,12 @@ enum Weighed {
 #[derive(Default)]
 struct Counts {
     agree: usize,
-    /// Those that agree, but would agree beside a lasting offset as well, or are of a bound only.
+    /// Those that agree, but would agree beside a lasting offset as well.
     appeased: usize,
     silent: usize,
     explained: usize,
+    /// Those with a signal that has had nothing to show only since then: it may still have been right.
+    outlived: usize,
     /// Whether a comparison that never accused the component bears witness for it.
     witnessed: bool,
 }
@@ -58,7 +61,9 @@ impl<T: EvidenceView> Review<'_, T> {
         while let Some(component) = next {
             let decision = match self.weigh(component) {
                 Weighed::Against(conflict) => self.take_conflict(component, conflict),
-                Weighed::Silent { is_appeased } => self.take_silence(component, is_appeased),
+                Weighed::Silent { is_appeased, is_explained } => {
+                    self.take_silence(component, is_appeased, is_explained)
+                }
                 Weighed::For(proof) => self.take_support(component, proof, &culprits),
                 Weighed::Explained => Some(self.acquit(component)),
             };
@@ -67,13 +72,66 @@ impl<T: EvidenceView> Review<'_, T> {
         }
     }
 
+    /// Hears failed components as witnesses again, before they are trusted: probation bars a component from serving. Two others that
+    /// contradict each other would else wait for its word, and it for theirs.
+    pub(super) fn hear_again(&mut self) {
+        let mut next = self.ledger.next_accused(None);
+        while let Some(component) = next {
+            let before = self.ledger.accused(component).filter(|it| it.verdict == Verdict::Failed);
+            let is_heard = before.is_some() && self.bears_witness_again(component);
+            if before.is_some_and(|before| before.bears_witness != is_heard) {
+                self.ledger.hear(component, is_heard);
+            }
+            next = self.ledger.next_accused(Some(component));
+        }
+    }
+
+    /// Whether a failed component is sound by itself, agrees again with one that has accused it or could have, and contradicts
+    /// none that is trusted.
+    fn bears_witness_again(&self, component: Component) -> bool {
+        let Review { evidence, now, .. } = *self;
+        let Some(accused) = self.ledger.accused(component) else { return false };
+        if !is_sound(evidence, component) {
+            return false;
+        }
+        let mut agrees = false;
+        for pair in pairs_of(evidence, component) {
+            let is_other = |it: &SignalId| Component::Signal(*it) != component;
+            let others = || pair.signals.iter().filter(is_other);
+            if others().any(|it| self.ledger.has_failed(it)) {
+                continue;
+            }
+            match pair.residual_state(now) {
+                ResidualState::Agree => {
+                    let has_accused = accused.conflicts.contains(&(pair.way, pair.other));
+                    let has_seen = || accused.since.is_some_and(|since| pair.window.confirmed_since(since));
+                    let could_contradict = has_accused || accused.is_by_readings() && has_seen();
+                    let shows = || shows_size(evidence, pair, component) && has_power(evidence, pair);
+                    agrees |= could_contradict && shows();
+                }
+                ResidualState::Unknown => {}
+                ResidualState::Undecided | ResidualState::Conflict => {
+                    if others().all(|it| !self.ledger.accuses(Component::Signal(it))) {
+                        return false;
+                    }
+                }
+            }
+        }
+        agrees
+    }
+
     fn take_conflict(&mut self, component: Component, conflict: Option<ConflictPair>) -> Option<Decision> {
         self.await_staleness(component);
         let is_back = has_returned(self.evidence, component);
         self.ledger.contradict(component, conflict, is_back).then_some(Decision::Contradicted(component))
     }
 
-    fn take_silence(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
+    fn take_silence(
+        &mut self,
+        component: Component,
+        is_appeased: bool,
+        is_explained: bool,
+    ) -> Option<Decision> {
         let since = self.ledger.fall_silent(component, self.now);
         let accused = self.ledger.accused(component)?;
         let is_contradicted = !is_appeased && !accused.conflicts.is_empty();
@@ -81,7 +139,7 @@ impl<T: EvidenceView> Review<'_, T> {
         if matches!(accused.support, Support::Unproven(_)) || !may_serve {
             return None;
         }
-        let probation = self.ledger.probation_of(component);
+        let probation = if is_explained { Span::ZERO } else { self.ledger.probation_of(component) };
         if self.now < since + probation {
             self.judge.look_again(since + probation);
             return None;
@@ -139,13 +197,17 @@ impl<T: EvidenceView> Review<'_, T> {
         if stands_still(self.ledger, component, evidence, now) {
             return Weighed::Against(None);
         }
-        let is_met = counts.agree > 0 || (counts.witnessed && counts.silent == 0);
+        let silent = counts.silent + counts.outlived;
+        let is_met = counts.agree > 0 || (counts.witnessed && silent == 0);
         let return_is_proof =
             || by_readings.is_some_and(|it| !it.is_contradicted()) && has_returned(self.evidence, component);
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if return_is_proof() => Weighed::For(self.proof_of_return(component)),
-            () => Weighed::Silent { is_appeased: counts.appeased > 0 && counts.silent == 0 },
+            () => Weighed::Silent {
+                is_appeased: counts.appeased > 0 && silent == 0,
+                is_explained: counts.outlived > 0 && counts.silent == 0,
+            },
         }
     }
 
@@ -182,14 +244,16 @@ impl<T: EvidenceView> Review<'_, T> {
                 continue;
             }
             if is_explained(self.ledger, evidence, pair, Some(component)) {
-                found.explained += usize::from(has_accused);
+                let explains = accused.is_none_or(|it| self.explains(pair, component, it));
+                let count = if explains { &mut found.explained } else { &mut found.outlived };
+                *count += usize::from(has_accused);
                 continue;
             }
             match pair.residual_state(now) {
                 ResidualState::Unknown => found.silent += usize::from(has_accused),
-                ResidualState::Agree if has_accused && bears_on(pair) && !is_of_a_bound(evidence, pair) => {
-                    found.agree += 1;
-                }
+                // That a value is possible is no word about it.
+                ResidualState::Agree if has_accused && is_of_a_bound(evidence, pair) => found.silent += 1,
+                ResidualState::Agree if has_accused && bears_on(pair) => found.agree += 1,
                 ResidualState::Agree if has_accused => found.appeased += 1,
                 ResidualState::Agree => {
                     found.witnessed |= has_seen(pair)
@@ -201,6 +265,15 @@ impl<T: EvidenceView> Review<'_, T> {
             }
         }
         if undecided { Err(None) } else { Ok(found) }
+    }
+
+    /// Whether a failed component of a pair explains why another one was accused.
+    fn explains(&self, pair: &Residual, component: Component, accused: &Accused) -> bool {
+        let mut failed = self.ledger.discounted().iter();
+        failed.any(|&it| {
+            let explains = || self.ledger.accused(it).is_none_or(|failed| failed.explains(accused));
+            it != component && rests_on(self.evidence, pair, it) && explains()
+        })
     }
 
     /// Whether no evidence accuses a component any more: other failed components explain all conflicts with it, or it was blamed
@@ -216,7 +289,7 @@ impl<T: EvidenceView> Review<'_, T> {
                 !others.filter(|other| *other != component).any(stands)
             }
             (0, None) => false,
-            _ => counts.explained > 0 && counts.agree + counts.silent == 0,
+            _ => counts.explained > 0 && counts.agree + counts.silent + counts.outlived == 0,
         }
     }
 
