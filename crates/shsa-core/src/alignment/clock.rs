@@ -25,6 +25,8 @@ pub enum Misdated {
     Off(Span),
     /// The stamp has been the same for this long, while values have changed.
     Stopped(Span),
+    /// The stamp is this far in the future, and those before were not: no value of then, whatever the reason. It is no symptom yet.
+    Ahead(Span),
 }
 
 /// The clock of one signal.
@@ -123,6 +125,7 @@ impl Clocks {
         let lasted = clock.lasted(amount, now);
         let is_usual = |amount: Span| is_near(amount, reference.unwrap_or(Span::ZERO), margin);
         match clock.usual {
+            Some(usual) if !lasted && is_new_in_future(usual) => Some(Misdated::Ahead(Span::ZERO - amount)),
             Some(usual) if lasted && is_near(amount, usual, margin) => {
                 self.was_set_forward(observation.signal, amount).then_some(Misdated::Off(amount - usual))
             }

@@ -136,7 +136,8 @@ impl Port {
         self.received_before = self.received.replace(now);
         self.counts.dropped += 1;
         let dropped = Reception::dropped(signal.validity(observation.stamp));
-        Reception { misdated: Some(misdated), ..dropped }
+        let is_symptom = !matches!(misdated, Misdated::Ahead(_));
+        Reception { misdated: Some(misdated).filter(|_| is_symptom), ..dropped }
     }
 
     /// Whether the readings, this one included, have been exactly the same for longer than allowed.

@@ -122,6 +122,7 @@ pub(super) fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evide
             let by = Span(off.0.saturating_abs());
             if off.0 < 0 { Reason::StampsAhead { by } } else { Reason::StampsBehind { by } }
         }
+        Evidence::WrongClock(Misdated::Ahead(by)) => Reason::StampsAhead { by },
         Evidence::WrongClock(Misdated::Stopped(lasted)) => Reason::StampStands { lasted },
     }
 }
