@@ -277,6 +277,12 @@ impl Port {
         self.received
     }
 
+    /// Whether the signal is a counter.
+    #[must_use]
+    pub fn is_counter(&self) -> bool {
+        self.counting.is_some()
+    }
+
     /// The counts of the observations.
     #[must_use]
     pub fn counts(&self) -> Counts {

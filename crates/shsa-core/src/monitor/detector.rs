@@ -265,7 +265,7 @@ impl Detector {
             return;
         };
         if self.lifetime.is_some_and(|lifetime| now - last > lifetime) {
-            (self.bits, self.shows, self.seen) = ([0; DETECTED.len()], false, 0);
+            (self.bits, self.shows) = ([0; DETECTED.len()], false);
         }
         if last != now {
             self.seen = (self.seen + 1).min(64);

@@ -33,6 +33,9 @@ pub trait EvidenceView {
 
     /// Whether the readings of a signal have started anew with their last jump.
     fn has_started_anew(&self, signal: SignalId) -> bool;
+
+    /// Whether a signal counts: only how it changes says something of other variables.
+    fn counts(&self, signal: SignalId) -> bool;
 }
 
 impl EvidenceView for Monitor {
@@ -69,7 +72,12 @@ impl EvidenceView for Monitor {
     fn has_returned(&self, signal: SignalId) -> bool {
         self.ports()[signal].has_returned()
     }
+
     fn has_started_anew(&self, signal: SignalId) -> bool {
         self.ports()[signal].has_started_anew()
+    }
+
+    fn counts(&self, signal: SignalId) -> bool {
+        self.ports()[signal].is_counter()
     }
 }

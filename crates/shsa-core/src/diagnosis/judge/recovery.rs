@@ -313,12 +313,14 @@ fn pairs_of(evidence: &impl EvidenceView, component: Component) -> impl Iterator
     signal.into_iter().flat_map(|signal| evidence.pairs_of(signal)).chain(all)
 }
 
-/// Whether a pair shows a lasting offset of a signal: a comparison of changes does not.
+/// Whether a pair shows a lasting offset of a signal: a comparison of changes does not, unless the signal counts. What that has counted
+/// wrongly stays counted, and is no error of what it counts now.
 fn shows_size(evidence: &impl EvidenceView, pair: &Residual, component: Component) -> bool {
     let Component::Signal(signal) = component else { return true };
     let shows =
         |index| evidence.way(index).is_some_and(|way| way.is_sized_by(signal) && !way.computation.is_rate());
-    shows(pair.way) || shows(pair.other)
+    let counts = evidence.counts(signal);
+    counts || shows(pair.way) || shows(pair.other)
 }
 
 /// Whether the result of a pair depends on the size of a signal's value, or on a relation.
