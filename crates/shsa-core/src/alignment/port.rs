@@ -51,6 +51,8 @@ pub struct Port {
     stamp: Option<Time>,
     stamp_before: Option<Time>,
     standstill: Standstill,
+    /// The value at which readings may stay the same for longer.
+    rests_at: Option<f64>,
     /// What a counter has counted; `None` of what may fall.
     counting: Option<Counting>,
 }
@@ -74,6 +76,7 @@ impl Port {
             stamp: None,
             stamp_before: None,
             standstill: Standstill::default(),
+            rests_at: signal.limits.rests_at,
             counting: signal.limits.counts.then(Counting::default),
         }
     }
@@ -81,10 +84,10 @@ impl Port {
     /// Takes over everything that the same signal's port has received before a change of the model, without less room.
     pub fn inherit(&mut self, old: Port) {
         let capacity = self.scalars.capacity();
-        let Port { shape, range, turn, mut gate, counting, .. } = *self;
+        let Port { shape, range, turn, rests_at, mut gate, counting, .. } = *self;
         gate.inherit(old.gate);
         let counting = counting.map(|new| old.counting.unwrap_or(new));
-        *self = Port { shape, range, turn, gate, counting, ..old };
+        *self = Port { shape, range, turn, rests_at, gate, counting, ..old };
         self.scalars.make_room(capacity);
     }
 
@@ -275,6 +278,12 @@ impl Port {
     #[must_use]
     pub fn received(&self) -> Option<Time> {
         self.received
+    }
+
+    /// Whether the newest value is the one at which readings may stay the same for longer.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.rests_at.zip(self.newest()).is_some_and(|(rest, newest)| newest.value.contains(rest))
     }
 
     /// Whether the signal is a counter.

@@ -198,7 +198,8 @@ fn is_sure(evidence: &impl EvidenceView, component: Component, case: &Case<'_>) 
     }
 }
 
-/// Whether the value of a signal has ever changed. Of a signal whose value never changes, a constant value is no symptom.
+/// Whether the value of a signal has ever changed. Of a signal whose value never changes, or that may rest where it is, a constant
+/// value is no symptom.
 fn has_moved(evidence: &impl EvidenceView, component: Component) -> bool {
-    matches!(component, Component::Signal(signal) if evidence.frozen(signal).has_moved())
+    matches!(component, Component::Signal(signal) if evidence.frozen(signal).has_moved() && !evidence.is_at_rest(signal))
 }

@@ -34,6 +34,9 @@ pub trait EvidenceView {
     /// Whether the readings of a signal have started anew with their last jump.
     fn has_started_anew(&self, signal: SignalId) -> bool;
 
+    /// Whether the current value of a signal is the one at which it may rest.
+    fn is_at_rest(&self, signal: SignalId) -> bool;
+
     /// Whether a signal counts: only how it changes says something of other variables.
     fn counts(&self, signal: SignalId) -> bool;
 }
@@ -75,6 +78,10 @@ impl EvidenceView for Monitor {
 
     fn has_started_anew(&self, signal: SignalId) -> bool {
         self.ports()[signal].has_started_anew()
+    }
+
+    fn is_at_rest(&self, signal: SignalId) -> bool {
+        self.ports()[signal].is_at_rest()
     }
 
     fn counts(&self, signal: SignalId) -> bool {
