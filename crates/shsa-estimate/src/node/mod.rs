@@ -56,6 +56,8 @@ struct Node {
     newest: Option<(Time, Time)>,
     /// Whether a measurement has counted since the start.
     has_measured: bool,
+    /// When a measurement of a trusted input last came.
+    heard: Option<Time>,
     /// The number of measurements in a row that came too late.
     too_late: u32,
     /// How far the clocks of all inputs run ahead of the reception, and the number of stamps in a row that were further ahead.
@@ -107,6 +109,7 @@ impl Node {
             settings,
             newest: None,
             has_measured: false,
+            heard: None,
             too_late: 0,
             lead: Span::ZERO,
             ahead: 0,
@@ -132,6 +135,9 @@ impl Node {
         self.filters.trust(place, input.is_trusted);
         let verdict = self.filters.measure(at, measurement);
         self.count(verdict, at, now);
+        if !matches!(verdict, Verdict::Masked) {
+            self.heard = Some(now);
+        }
         if !matches!(verdict, Verdict::TooLate | Verdict::Duplicate) {
             self.advance(at, now);
             self.outputs.expect(at, measurement);
@@ -231,7 +237,7 @@ impl Node {
                 self.outputs.publish(&estimate, at, now, queue);
                 self.publish_before(at, now, queue);
             }
-            None => self.look_after(newest, received, now),
+            None => self.look_after(newest, now),
         }
     }
 
@@ -247,9 +253,10 @@ impl Node {
         }
     }
 
-    /// Notes an unknown estimate: if that lasts while measurements come, the node restarts. A conflict ends before.
-    fn look_after(&mut self, newest: Time, received: Time, now: Time) {
-        let receives = received == now && self.has_measured;
+    /// Notes an unknown estimate: if that lasts while measurements come, the node restarts. A conflict ends before. While no input is
+    /// trusted, nothing contradicts the estimate: it goes on from where it was.
+    fn look_after(&mut self, newest: Time, now: Time) {
+        let receives = self.heard == Some(now) && self.has_measured;
         let decided_within = if self.filters.all().is_undecided() { self.reckoned } else { Span::ZERO };
         let lasts = decided_within + self.settings.unknown_after;
         match self.lost_since {
