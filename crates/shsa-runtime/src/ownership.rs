@@ -246,7 +246,7 @@ impl Ownership {
             None | Some(_) if is_unserved => Handover::Taken { need: need.clone(), unheard: Some(first) },
             None | Some(_) => return None,
         };
-        self.watches.get_mut(&need).into_iter().for_each(|watch| watch.change_hands(is_unserved, now));
+        self.watches.get_mut(&need).into_iter().for_each(Watch::change_hands);
         if is_ours {
             self.ours.remove(&need);
         } else {

@@ -9,39 +9,25 @@ use std::collections::BTreeMap;
 
 /// Values that are on their way when the age is over arrive within this time.
 const ON_THE_WAY: Span = Span::from_millis(100);
-/// An instance that was unheard twice within this time must be heard for [`STEADY`] before it gets the need back.
-const RELAPSE: Span = Span::from_millis(60_000);
-const STEADY: Span = Span::from_millis(10_000);
 
 /// What is heard under the name of a need.
 #[derive(Clone, Debug)]
 pub(super) struct Watch {
     max_age: Span,
-    /// By the mark of the publisher; `None`: the middleware does not show who publishes.
-    heard: BTreeMap<Option<u32>, Heard>,
+    /// The last value, by the mark of the publisher; `None`: the middleware does not show who publishes.
+    heard: BTreeMap<Option<u32>, Time>,
     /// The time of our first value since another instance was heard.
     waiting: Option<Time>,
     /// When the wait was found to be longer than the age.
     doubted: Option<Time>,
     /// Whether somebody was heard since the last look.
     is_news: bool,
-    /// When this instance took the need because nobody was heard, and whether that was for the second time within [`RELAPSE`].
-    taken: Option<Time>,
-    has_relapsed: bool,
-}
-
-/// The values of one publisher.
-#[derive(Clone, Copy, Debug)]
-struct Heard {
-    /// The first value since a gap longer than the need's age.
-    since: Time,
-    last: Time,
 }
 
 impl Watch {
     pub(super) fn new(max_age: Span) -> Watch {
         let (heard, waiting, doubted) = (BTreeMap::new(), None, None);
-        Watch { max_age, heard, waiting, doubted, is_news: false, taken: None, has_relapsed: false }
+        Watch { max_age, heard, waiting, doubted, is_news: false }
     }
 
     pub(super) fn is_of(&self, max_age: Span) -> bool {
@@ -51,12 +37,8 @@ impl Watch {
     /// Takes in a value that another instance has published.
     pub(super) fn hear(&mut self, publisher: Option<u32>, now: Time) {
         (self.waiting, self.doubted, self.is_news) = (None, None, true);
-        let max_age = self.max_age;
-        let heard = self.heard.entry(publisher).or_insert(Heard { since: now, last: now });
-        if now - heard.last > max_age {
-            heard.since = now;
-        }
-        heard.last = heard.last.max(now);
+        let last = self.heard.entry(publisher).or_insert(now);
+        *last = now.max(*last);
     }
 
     /// This instance has a value that it leaves to the owner.
@@ -93,20 +75,13 @@ impl Watch {
     /// Whether an instance with this mark publishes values. One of which nobody has told that it publishes under its mark may be
     /// any publisher that is not shown.
     pub(super) fn hears(&self, mark: Option<u32>, now: Time) -> bool {
-        let heard = self.heard.get(&mark).or_else(|| self.heard.get(&None));
-        heard.is_some_and(|heard| {
-            let is_steady = !self.has_relapsed || heard.last - heard.since >= STEADY;
-            now - heard.last <= self.max_age && is_steady
-        })
+        let last = self.heard.get(&mark).or_else(|| self.heard.get(&None));
+        last.is_some_and(|last| now - *last <= self.max_age)
     }
 
-    /// This instance serves the need from now on, or no longer. `is_unserved`: it takes the need because nobody is heard.
-    pub(super) fn change_hands(&mut self, is_unserved: bool, now: Time) {
+    /// This instance serves the need from now on, or no longer.
+    pub(super) fn change_hands(&mut self) {
         (self.waiting, self.doubted) = (None, None);
-        if is_unserved {
-            self.has_relapsed = self.taken.is_some_and(|taken| now - taken < RELAPSE);
-            self.taken = Some(now);
-        }
     }
 
     /// Forgets publishers that hold no token any more.
@@ -166,21 +141,5 @@ mod tests {
         assert!(watch.hears(Some(2), at(2_000)) && !watch.hears(Some(1), at(2_000)));
         watch.forget(|mark| mark == 2);
         assert!(watch.hears(Some(1), at(2_000)), "what it published is forgotten");
-    }
-
-    #[test]
-    fn who_is_unheard_again_and_again_must_be_heard_for_a_while() {
-        let mut watch = watch();
-        for taken in [0, 5_000] {
-            watch.hear(Some(1), at(taken));
-            assert!(watch.hears(Some(1), at(taken)));
-            watch.change_hands(true, at(taken + 2_000));
-        }
-        for now in (10_000..20_000).step_by(1_000) {
-            watch.hear(Some(1), at(now));
-            assert!(!watch.hears(Some(1), at(now)), "{now}");
-        }
-        watch.hear(Some(1), at(20_000));
-        assert!(watch.hears(Some(1), at(20_000)));
     }
 }
