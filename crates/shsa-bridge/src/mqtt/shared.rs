@@ -17,6 +17,7 @@ use crate::{BridgeError, Inbox, Link, Message, Outage, Payload, PublisherId, Qua
 use bytes::Bytes;
 use leaving::Leaving;
 use presence::Corrections;
+use sending::Attempts;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
@@ -80,8 +81,7 @@ struct State {
     corrections: Corrections,
     /// The askers that wait for answers, in order, by the topic of the answers.
     asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
-    /// How often in a row messages of a topic were unfinished when a connection broke.
-    attempts: BTreeMap<String, u32>,
+    attempts: Attempts,
     troubles: VecDeque<BridgeError>,
     /// Messages that the broker has refused, by topic.
     refused: VecDeque<(Arc<str>, BridgeError)>,
@@ -120,7 +120,7 @@ impl Shared {
             echo: Echo::default(),
             corrections: Corrections::default(),
             asking: BTreeMap::new(),
-            attempts: BTreeMap::new(),
+            attempts: Attempts::default(),
             troubles: VecDeque::new(),
             refused: VecDeque::new(),
         };
@@ -290,9 +290,7 @@ impl Shared {
             state.outage = Some(Outage { number, lost, found: None, because });
         }
         state.outbox.keep_newest();
-        for topic in client.unfinished() {
-            state.unfinished(&topic);
-        }
+        state.unfinished(client.unfinished());
         let Failure { is_refusal, reason } = failure;
         let error = match is_refusal {
             true => BridgeError::Refused(reason.clone()),
@@ -394,6 +392,6 @@ impl Shared {
 
     /// The connection has lasted, so earlier unfinished messages were not the cause of its break.
     pub(super) fn lasted(&self) {
-        self.lock().attempts.clear();
+        self.lock().attempts = Attempts::default();
     }
 }

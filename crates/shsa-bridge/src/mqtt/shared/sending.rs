@@ -6,7 +6,7 @@ use crate::mqtt::client::Purpose;
 use crate::mqtt::profile::Profile;
 use crate::{BridgeError, Inbox};
 use bytes::Bytes;
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// The number of messages of one topic that may wait for the connection.
 const WAITING_MAX: usize = 1024;
@@ -14,6 +14,27 @@ const WAITING_MAX: usize = 1024;
 const TROUBLES_MAX: usize = 64;
 /// A message that was unfinished at this many breaks in a row is not sent again.
 const ATTEMPTS_MAX: u32 = 3;
+
+/// How many connections in a row broke with unfinished messages of a topic.
+#[derive(Debug, Default)]
+pub(super) struct Attempts(BTreeMap<String, u32>);
+
+impl Attempts {
+    /// A connection broke with unfinished messages of these topics, any number of each; returns each topic, and whether its newest
+    /// message is sent again.
+    fn broke(&mut self, topics: Vec<String>) -> Vec<(String, bool)> {
+        let attempt = |topic: String| {
+            let attempts = self.0.entry(topic.clone()).or_default();
+            *attempts += 1;
+            let is_sent_again = *attempts <= ATTEMPTS_MAX;
+            if !is_sent_again {
+                self.0.remove(&topic);
+            }
+            (topic, is_sent_again)
+        };
+        BTreeSet::from_iter(topics).into_iter().map(attempt).collect()
+    }
+}
 
 impl State {
     pub(super) fn publish(&mut self, publication: Publication) {
@@ -123,18 +144,18 @@ impl State {
         waiting.into_iter().for_each(|message| inbox.push(message));
     }
 
-    /// A message of this topic may not have arrived when the connection broke.
-    pub(super) fn unfinished(&mut self, topic: &str) {
-        let attempts = self.attempts.entry(topic.to_owned()).or_default();
-        *attempts += 1;
-        if *attempts <= ATTEMPTS_MAX {
-            return self.outbox.again(topic);
+    /// Messages of these topics may not have arrived when the connection broke.
+    pub(super) fn unfinished(&mut self, topics: Vec<String>) {
+        for (topic, is_sent_again) in self.attempts.broke(topics) {
+            if is_sent_again {
+                self.outbox.again(&topic);
+                continue;
+            }
+            self.outbox.forget(&topic);
+            self.trouble(BridgeError::Lost(format!(
+                "a message on `{topic}`: the connection broke with it again and again"
+            )));
         }
-        self.attempts.remove(topic);
-        self.outbox.forget(topic);
-        self.trouble(BridgeError::Lost(format!(
-            "a message on `{topic}`: the connection broke with it again and again"
-        )));
     }
 
     /// Keeps that the broker has refused the message of this number.
@@ -155,5 +176,23 @@ impl State {
             self.troubles.pop_front();
         }
         self.troubles.push_back(trouble);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A message is given up at the fourth break, whatever number of its topic was on its way at each.
+    #[test]
+    fn breaks_are_counted_and_not_messages() {
+        for on_their_way in [1, 2, 3, 50] {
+            let mut attempts = Attempts::default();
+            let mut broke = |topic: &str| attempts.broke(vec![topic.to_owned(); on_their_way]);
+            for is_sent_again in [true, true, true, false, true] {
+                assert_eq!(broke("a"), [("a".to_owned(), is_sent_again)], "{on_their_way}");
+            }
+            assert_eq!(broke("b"), [("b".to_owned(), true)]);
+        }
     }
 }
