@@ -254,7 +254,7 @@ impl Shared {
         state.leaving.clear();
         state.unacknowledged.clear();
         state.unasked.connected();
-        state.corrections.is_known_here = false;
+        state.corrections.connected();
         state.requests.clear();
         self.begin_profile(&mut state);
         let all: Vec<String> = match state.wants_everything {

@@ -6,7 +6,8 @@ use crate::contract::until;
 use crate::real::python;
 use serde_json::{Value, json};
 use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
-use shsa_bridge::{Attendance, Bridge, Presence as Seen};
+use shsa_bridge::{Attendance, Bridge, Link, Outgoing, Payload, Presence as Seen};
+use shsa_core::time::Time;
 
 /// A client with claims, on this port.
 fn claiming(broker: &Broker, name: &str, version: Version, port: u16) -> MqttBridge {
@@ -84,4 +85,46 @@ fn a_claim_is_kept_by_the_broker_for_seconds_only_and_taken_back_at_the_end() {
     other.order(&json!({"subscribe": "shsa/one/claims"}));
     drop(one);
     until("taken back", || other.next_with("topic")["hex"] == "");
+}
+
+/// A broker that stops publishes the last will of a client to the client itself.
+#[test]
+fn the_own_last_will_is_no_forged_status_and_the_same_words_of_a_stranger_are() {
+    for version in VERSIONS {
+        let mut broker = Broker::start(&[]);
+        let mut one = claiming(&broker, "one", version, broker.port());
+        let (_claims, _held) = (one.attendance("a/**").unwrap(), one.attend("a/first").unwrap());
+        // Who hears the claims knows that the status came before them.
+        let watch = |broker: &Broker, name: &str| {
+            let watcher = claiming(broker, name, version, broker.port());
+            let mut claims = watcher.attendance("a/**").unwrap().unwrap();
+            assert_eq!(next(&mut claims), Seen::Alive("a/first".into()), "{version:?}");
+            watcher
+        };
+        let mut forged = Vec::new();
+        for _stop in 0..3 {
+            drop(watch(&broker, "watcher"));
+            broker.end();
+            until("the end", || one.link() != Link::Up);
+            broker.restart();
+            until("the connection", || one.link() == Link::Up);
+            forged.extend(troubles(&mut one));
+        }
+        let mut stranger = watch(&broker, "stranger");
+        forged.extend(troubles(&mut one));
+        assert!(forged.is_empty(), "{version:?}: {forged:?}");
+        let payload = Payload::Bytes("offline".into());
+        stranger.publish(Outgoing::new("shsa/one/status", Time(0), payload)).unwrap();
+        stranger.flush();
+        until("the report", || {
+            forged.extend(troubles(&mut one));
+            !forged.is_empty()
+        });
+    }
+}
+
+/// What a client reports of forged words about itself.
+fn troubles(client: &mut MqttBridge) -> Vec<String> {
+    let all = client.troubles().into_iter().map(|trouble| trouble.to_string());
+    all.filter(|trouble| trouble.contains("somebody else has published")).collect()
 }

@@ -20,6 +20,15 @@ pub(super) struct Corrections {
     /// When something forged was corrected, and whether another correction is due.
     last: Option<Uptime>,
     is_due: bool,
+    /// The report of a status that may be the own last will.
+    doubt: Option<BridgeError>,
+}
+
+impl Corrections {
+    /// A new connection: what was heard at the end of the one before was the own last will.
+    pub(super) fn connected(&mut self) {
+        (self.is_known_here, self.doubt) = (false, None);
+    }
 }
 
 impl Shared {
@@ -48,10 +57,14 @@ impl Shared {
     /// Publishes the own claims again.
     pub(in crate::mqtt) fn renew_claims(&self) {
         self.claims.renew();
-        let is_due = std::mem::take(&mut self.lock().corrections.is_due);
-        if is_due {
-            self.publish_here(&mut self.lock());
+        let mut state = self.lock();
+        if let Some(forged) = state.corrections.doubt.take() {
+            state.trouble(forged);
         }
+        if std::mem::take(&mut state.corrections.is_due) {
+            self.publish_here(&mut state);
+        }
+        drop(state);
         self.claim();
     }
 
@@ -81,7 +94,9 @@ impl Shared {
 
     /// Takes in a message about this client: its status or its claims. While it is connected, only a stranger publishes others than its
     /// own; the will of an earlier connection comes before the first word of this one. They are corrected at once, and then not more
-    /// often than they are renewed, as two clients may have the same name.
+    /// often than they are renewed, as two clients may have the same name. A broker that stops publishes the will of every client
+    /// before it closes the connections: words like the will are reported when the connection has outlasted them until the claims
+    /// are renewed.
     fn hear_of_itself(&self, topic: &str, words: &[u8]) {
         let presence = self.presence.as_ref().filter(|presence| presence.topic == topic);
         let is_here = presence.is_some_and(|presence| *words == *presence.here);
@@ -96,9 +111,14 @@ impl Shared {
             return;
         }
         let shown = String::from_utf8_lossy(&words[..words.len().min(SHOWN)]).into_owned();
-        state.trouble(BridgeError::Refused(format!(
+        let forged = BridgeError::Refused(format!(
             "somebody else has published {shown:?} on `{topic}`, which is for this client alone; it is corrected"
-        )));
+        ));
+        if presence.is_some_and(|presence| *words == *presence.gone) {
+            state.corrections.doubt = Some(forged);
+        } else {
+            state.trouble(forged);
+        }
         let now = Uptime::now();
         if state.corrections.last.is_some_and(|at| now.saturating_duration_since(at) < RENEWED) {
             state.corrections.is_due = true;
