@@ -7,7 +7,35 @@ use crate::error::{Context, RuntimeError};
 use crate::options::JournalOptions;
 use shsa_core::engine::Engine;
 use shsa_core::knowledge::KnowledgeBase;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// What a healer keeps on a disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Store {
+    Journal,
+    Record,
+    /// The state, in this file.
+    State(PathBuf),
+}
+
+impl Store {
+    /// What is to be reported when this was missing at the last look and that is now.
+    pub(super) fn notes(&self, before: &Missing, now: &Missing) -> Vec<String> {
+        let (more, because) = (now.inputs.saturating_sub(before.inputs), &now.because);
+        let lost = match self {
+            Store::Journal => format!("{more} inputs are missing in the journal: {because}"),
+            Store::Record => format!("{more} inputs are missing in the record: {because}"),
+            Store::State(file) => format!("the state could not be saved in {}: {because}", file.display()),
+        };
+        let again = match self {
+            Store::State(file) if now.inputs > 0 && !now.waits && (before.waits || more > 0) => {
+                Some(format!("the state is saved again in {}", file.display()))
+            }
+            Store::Journal | Store::Record | Store::State(_) => None,
+        };
+        (more > 0).then_some(lost).into_iter().chain(again).collect()
+    }
+}
 
 /// The files of a healer.
 #[derive(Default)]
@@ -65,8 +93,9 @@ impl Files {
     }
 
     /// What is missing in the journal, the record and the state file.
-    pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
-        let state = self.state.as_ref().map(|state| state.missing().clone());
+    pub(super) fn missing(&self) -> impl Iterator<Item = (Store, Missing)> {
+        let state =
+            self.state.as_ref().map(|state| (Store::State(state.path().to_owned()), state.missing().clone()));
         self.input_log.missing().chain(state)
     }
 
@@ -86,5 +115,42 @@ impl Files {
             state.save(&engine.snapshot());
             self.has_decided = false;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[track_caller]
+    fn check(store: &Store, looks: &[(u64, bool)], expected: &[&str]) {
+        let missing = |&(inputs, waits)| Missing { inputs, because: "it is full".to_owned(), waits };
+        let looks = std::iter::once(Missing::default()).chain(looks.iter().map(missing));
+        let looks: Vec<Missing> = looks.collect();
+        let notes = looks.windows(2).flat_map(|pair| store.notes(&pair[0], &pair[1]));
+        assert_eq!(notes.collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn a_loss_names_the_file_and_a_state_that_is_saved_again_is_reported() {
+        let state = Store::State("/state/car.json".into());
+        let (lost, again) = (
+            "the state could not be saved in /state/car.json: it is full",
+            "the state is saved again in /state/car.json",
+        );
+        check(&state, &[(0, false), (0, false)], &[]);
+        check(&state, &[(1, true), (1, true), (1, false), (1, false)], &[lost, again]);
+        check(&state, &[(1, true), (1, false), (2, true), (2, false)], &[lost, again, lost, again]);
+        // Both happened between two looks.
+        check(&state, &[(1, false), (1, false), (2, false)], &[lost, again, lost, again]);
+        check(
+            &Store::Journal,
+            &[(3, true), (3, false), (5, false)],
+            &[
+                "3 inputs are missing in the journal: it is full",
+                "2 inputs are missing in the journal: it is full",
+            ],
+        );
+        check(&Store::Record, &[(7, false)], &["7 inputs are missing in the record: it is full"]);
     }
 }

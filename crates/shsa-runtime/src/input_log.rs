@@ -1,5 +1,6 @@
 //! What the inputs of a healer are written to: a journal, a recorder, both or none.
 
+use super::files::Store;
 use super::journal::{Journal, Missing};
 use super::recording::Recording;
 use shsa_core::time::Time;
@@ -38,8 +39,9 @@ impl InputLog {
     }
 
     /// What is missing in the journal and in the record.
-    pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
-        let journal = self.journal.as_ref().map(Journal::missing);
-        journal.into_iter().chain(self.recording.as_ref().map(Recording::missing))
+    pub(super) fn missing(&self) -> impl Iterator<Item = (Store, Missing)> {
+        let journal = self.journal.as_ref().map(|journal| (Store::Journal, journal.missing()));
+        let record = self.recording.as_ref().map(|recording| (Store::Record, recording.missing()));
+        journal.into_iter().chain(record)
     }
 }

@@ -136,7 +136,7 @@ fn of_disk(registry: &mut Registry, healers: &[Healer]) {
     let unsaved = Counters::default();
     for healer in healers {
         let labels = vec![("model", healer.name().to_owned())];
-        unsaved.get_or_create(&labels).inc_by(healer.files().missing().map(|it| it.inputs).sum());
+        unsaved.get_or_create(&labels).inc_by(healer.files().missing().map(|(_, it)| it.inputs).sum());
     }
     registry.register(
         "unsaved",

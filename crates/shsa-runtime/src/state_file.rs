@@ -68,6 +68,10 @@ impl StateFile {
         }
     }
 
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Whether the file was removed.
     pub(super) fn has_vanished(&self) -> bool {
         self.again.is_none() && !self.path.exists()

@@ -23,8 +23,8 @@ const COMPARED: Span = Span::from_millis(60_000);
 pub(in super::super) struct Reported {
     pub(super) next: Time,
     losses: BTreeMap<Arc<str>, u64>,
-    /// Inputs missing in each journal and record, and failed savings of each state.
-    missing: Vec<u64>,
+    /// What is missing in each journal, record and state.
+    missing: Vec<Missing>,
     /// Whether a journal waits for the disk.
     waits: bool,
     /// The state of each need as published last, by model.
@@ -149,23 +149,23 @@ impl Session {
 
     fn report_missing(&mut self, now: Time) {
         self.healers.iter_mut().for_each(Healer::look_after_state);
-        let waiting = self.healers.iter().find_map(|healer| healer.files().waiting());
-        if std::mem::replace(&mut self.reported.waits, waiting.is_some()) != waiting.is_some() {
+        let Session { healers, reported, log, bridge, .. } = self;
+        let waiting = healers.iter().find_map(|healer| healer.files().waiting());
+        if std::mem::replace(&mut reported.waits, waiting.is_some()) != waiting.is_some() {
             let because = match waiting {
                 Some(Missing { because, .. }) => {
                     format!("the journal waits in memory, as the disk refuses it: {because}")
                 }
                 None => "what waited of the journal is written".to_owned(),
             };
-            self.log.noted(now, "disk", &because, self.bridge.as_mut());
+            log.noted(now, "disk", &because, bridge.as_mut());
         }
-        let missing: Vec<Missing> = self.healers.iter().flat_map(|healer| healer.files().missing()).collect();
-        self.reported.missing.resize(missing.len(), 0);
-        for (at, Missing { inputs, because, .. }) in missing.into_iter().enumerate() {
-            let known = std::mem::replace(&mut self.reported.missing[at], inputs);
-            if inputs != known {
-                let because = format!("{} could not be written: {because}", inputs - known);
-                self.log.noted(now, "disk", &because, self.bridge.as_mut());
+        let files = healers.iter().flat_map(|healer| healer.files().missing());
+        for (at, (file, missing)) in files.enumerate() {
+            reported.missing.resize(reported.missing.len().max(at + 1), Missing::default());
+            let known = std::mem::replace(&mut reported.missing[at], missing.clone());
+            for because in file.notes(&known, &missing) {
+                log.noted(now, "disk", &because, bridge.as_mut());
             }
         }
     }
