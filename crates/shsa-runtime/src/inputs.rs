@@ -232,6 +232,31 @@ signals:
     }
 
     #[test]
+    fn a_message_carries_its_own_stamp_in_three_ways() {
+        #[track_caller]
+        fn check(source: &str, payload: &str, property: Option<Time>, expected: &str) {
+            let model = format!(
+                "shsa: 1\nvariables: {{ speed: {{ unit: m/s }} }}\n\
+                 signals: {{ gnss: {{ variable: speed, source: '{source}' }} }}\n"
+            );
+            let loaded = shsa_model::load(&model, "test.yaml");
+            let mut inputs = Inputs::new(&loaded.knowledge).unwrap();
+            let message = Message::new("gnss".into(), Time(70), Payload::Bytes(payload.to_owned().into()));
+            let message = Message { stamp: property, ..message };
+            assert_eq!(described(&loaded.knowledge, &mut inputs, &message), expected);
+        }
+        let object = r#"{"value": 20, "stamp_ns": 60, "t": 5}"#;
+        check("gnss#value@stamp_ns*1ns", object, None, "gnss@60=20");
+        check("gnss#value@t*10ns", object, Some(Time(65)), "gnss@50=20");
+        check("gnss", object, None, "gnss@60=20");
+        check("gnss", "20", Some(Time(65)), "gnss@65=20");
+        check("gnss#value", object, Some(Time(65)), "gnss@65=20");
+        // A field that the source does not name is not read.
+        check("gnss#value", object, None, "gnss@70=20");
+        check("gnss", "20", None, "gnss@70=20");
+    }
+
+    #[test]
     fn what_cannot_be_read_is_invalid_and_counted_with_its_reason() {
         let (knowledge, mut inputs) = inputs();
         let described = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "at": 1e-7}"#);
