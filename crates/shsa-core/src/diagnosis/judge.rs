@@ -23,6 +23,7 @@ use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, SignalSet};
 use crate::monitor::{Inheritance, ResidualState};
 use crate::time::Time;
 use crate::trust::{Accused, Component, ConflictPair, Ledger, Support, Verdict};
+use alloc::collections::BTreeSet;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use evidence::Priors;
@@ -164,7 +165,8 @@ impl Judge {
     /// with a decision; both are repeated a few times at most, after a decision.
     pub fn review(&mut self, ledger: &mut Ledger, evidence: &impl EvidenceView, now: Time) -> Vec<Decision> {
         self.next_review = None;
-        let mut review = Review { judge: self, ledger, evidence, now, decisions: Vec::new() };
+        let ruled_out = BTreeSet::new();
+        let mut review = Review { judge: self, ledger, evidence, now, decisions: Vec::new(), ruled_out };
         for _ in 0..MOST_ROUNDS {
             let before = review.decisions.len();
             review.judge.awaited.clear();
@@ -192,6 +194,8 @@ struct Review<'e, T> {
     evidence: &'e T,
     now: Time,
     decisions: Vec<Decision>,
+    /// The suspects that no probable explanation of the conflicts names any more.
+    ruled_out: BTreeSet<Component>,
 }
 
 /// The current value of a signal, SI; `None` when it is no number, or the component is no signal.

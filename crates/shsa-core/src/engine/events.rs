@@ -128,9 +128,8 @@ pub(super) fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evide
 }
 
 /// A signal that gives values again and has done so for its probation.
-pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
-    let because = Reason::SpokenAgain { lasted: probation };
-    event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
+pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, lasted: Span, now: Time) -> Event {
+    event(knowledge, EventKind::Restored, Component::Signal(signal), Reason::SpokenAgain { lasted }, now)
 }
 
 /// The state that decisions are explained from.
@@ -195,27 +194,28 @@ pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
             }
             accused(scene, EventKind::Suspected, blame, why)
         }
-        Decision::Cleared(component) => {
-            event(knowledge, EventKind::Restored, *component, Reason::AllAgree, now)
-        }
-        Decision::Recovered(signal, probation, proof) => {
-            let lasted = *probation;
+        Decision::Cleared(component) => restored(scene, *component, Reason::AllAgree),
+        Decision::RuledOut(component) => restored(scene, *component, Reason::OthersExplain),
+        &Decision::Recovered(signal, lasted, proof) => {
             let because = match proof {
                 Proof::Witness => Reason::WitnessesAgree { lasted },
                 Proof::Return => Reason::CameBack { lasted },
                 Proof::Start => Reason::StartedAnew { lasted },
             };
-            event(knowledge, EventKind::Restored, Component::Signal(*signal), because, now)
+            restored(scene, Component::Signal(signal), because)
         }
-        Decision::Unproven(component, probation) => {
-            let because = Reason::NothingEitherWay { lasted: *probation };
-            event(knowledge, EventKind::Suspected, *component, because, now)
+        &Decision::Unproven(component, lasted) => {
+            event(knowledge, EventKind::Suspected, component, Reason::NothingEitherWay { lasted }, now)
         }
         Decision::Contradicted(component) => {
             let because = disagreements(scene, *component).then(Joint::Next, Reason::ContradictedAgain);
             event(knowledge, EventKind::Suspected, *component, because, now)
         }
     }
+}
+
+fn restored(scene: &Scene<'_>, component: Component, because: Reason) -> Event {
+    event(scene.knowledge, EventKind::Restored, component, because, scene.now)
 }
 
 fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> Event {

@@ -97,7 +97,8 @@ impl Engine {
         for decision in &decisions {
             match decision {
                 Decision::Recovered(signal, ..) => self.monitor.trust_readings(*signal),
-                Decision::Cleared(Component::Signal(signal)) => self.monitor.trust_level(*signal),
+                Decision::Cleared(Component::Signal(signal))
+                | Decision::RuledOut(Component::Signal(signal)) => self.monitor.trust_level(*signal),
                 _ => {}
             }
         }

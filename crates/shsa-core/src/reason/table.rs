@@ -71,8 +71,7 @@ reasons! {
     };
     /// Over many comparisons, one way has given larger values than another.
     "says-more" SaysMore {
-        more: String = "The way that has said more.", by: Amount = "By how much on average.",
-        less: String = "The way that has said less."
+        more: String = "What has said more.", by: Amount = "By how much on average.", less: String = "What has said less."
     };
     /// Two ways scatter against each other more than they should.
     "scatter" Scatter { one: String = "The one way.", other: String = "The other way." };
@@ -140,6 +139,8 @@ reasons! {
     // How an accusation ends, or continues.
     /// Every comparison agrees again.
     "all-agree" AllAgree;
+    /// Other components explain all that speaks against it.
+    "others-explain" OthersExplain;
     /// The values are sound and others agree with them.
     "witnesses-agree" WitnessesAgree { lasted: Span = "For how long." };
     /// The values are sound and within reach of the last sound one, and nothing has contradicted them.
@@ -276,8 +277,7 @@ reasons! {
     };
     /// No usable signal of a variable has the required level.
     "signals-integrity" SignalsIntegrity {
-        variable: String = "The variable.", level: String = "The highest level.",
-        least: String = "What was asked."
+        variable: String = "The variable.", level: String = "The highest one.", least: String = "What was asked."
     };
     /// A relation does not have the required level.
     "relation-integrity" RelationIntegrity {

@@ -1,10 +1,10 @@
-//! A second fault soon after the first: a signal that is sound again bears witness before it is trusted. And two suspects, of which one has
-//! nothing more to show: the other one is not proved right by that.
+//! Evidence that comes later. A second fault soon after the first: a signal that is sound again bears witness before it is trusted. And two suspects, of which one has
+//! nothing more to show: the other one is not proved right by that. And a witness that comes after the accusation.
 
 use crate::driven::{Driven, MS, knowledge, need, rate, signal, text, variable};
 use proptest::prelude::*;
 use shsa_core::engine::{PublishedValue, Quality};
-use shsa_core::knowledge::{Draft, VariableDraft};
+use shsa_core::knowledge::{BodyDraft, Draft, RelationDraft, VariableDraft};
 use shsa_core::time::Time;
 use shsa_core::trust::Verdict;
 
@@ -112,5 +112,50 @@ proptest! {
                 prop_assert!(is_right || step < 60, "{step}: {value:?} {:?}", it.quality);
             }
         }
+    }
+
+    /// Three are suspect, as `m = o + d` says only that one of them is wrong. A second sensor of a sound one comes later: the other two
+    /// stay suspect, and the one that it agrees with is trusted.
+    #[test]
+    fn a_witness_that_comes_later_rules_a_suspect_out(
+        wrong in 0_usize..3, of in 0_usize..2, off in 3.0..20.0_f64, comes in 100_i64..400, every in 1_i64..20,
+        noise in prop::collection::vec(-0.25..0.25_f64, 97),
+    ) {
+        let sound = (wrong + 1 + of) % 3;
+        let names = ["m", "o", "d"];
+        let sensor = |(at, name): (usize, &str)| {
+            let mut sensor = signal(format!("s{at}"), name, "0.3");
+            sensor.rate = Some(rate(if at < 3 { PERIOD } else { every * PERIOD }));
+            sensor
+        };
+        let sum = RelationDraft::new(text("sum"), BodyDraft::Equation(text("m = o + d")));
+        let draft = Draft {
+            variables: names.map(variable).to_vec(),
+            relations: vec![sum],
+            signals: names.into_iter().chain([names[sound]]).enumerate().map(sensor).collect(),
+            ..Draft::default()
+        };
+        let mut run = Driven::new(knowledge(&draft));
+        for step in 0..1_000_i64 {
+            let at = step * PERIOD;
+            let time = Time(at * MS);
+            let truths = [truth(at) + 5.0, truth(at), 5.0];
+            for sensor in 0..4 {
+                if sensor == 3 && (step < 50 + comes || step % every != 0) {
+                    continue;
+                }
+                let measures = if sensor == 3 { sound } else { sensor };
+                let error = noise[(step as usize * 5 + sensor * 13) % 97];
+                let lie = if sensor == wrong && step >= 50 { off } else { 0.0 };
+                run.give(sensor, (time, time), truths[measures] + error + lie);
+            }
+            run.pass(Time((at + PERIOD - 1) * MS));
+            if step == 40 + comes {
+                prop_assert!((0..3).all(|it| run.verdict(it) == Verdict::Suspect), "at {step}");
+            }
+        }
+        prop_assert_eq!(run.verdict(sound), Verdict::Healthy);
+        prop_assert_eq!(run.verdict(3), Verdict::Healthy);
+        prop_assert_eq!(run.verdict(wrong), Verdict::Suspect);
     }
 }

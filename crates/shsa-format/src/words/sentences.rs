@@ -69,6 +69,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("intermittent", "intermittent: accused again soon after it was trusted, {times:times}"),
     // How an accusation ends, or goes on.
     ("all-agree", "every comparison with it agrees again"),
+    ("others-explain", "another one agrees with it, and others explain what disagrees"),
     ("witnesses-agree", "its values are sound and others agree with it for {lasted}"),
     (
         "came-back",

@@ -19,6 +19,7 @@ impl<T: EvidenceView> Review<'_, T> {
     pub(super) fn accuse(&mut self) {
         let Review { evidence, now, .. } = *self;
         let ledger = &*self.ledger;
+        self.ruled_out.clear();
         let open = |residual_state| open_pairs(ledger, evidence, now, residual_state);
         let conflicts: Vec<&Residual> = open(ResidualState::Conflict).collect();
         if conflicts.is_empty() {
@@ -54,6 +55,7 @@ impl<T: EvidenceView> Review<'_, T> {
         // component.
         let cases = parts.iter().map(|part| Case::new(conflicts, part));
         let cases: Vec<Case> = cases.collect();
+        self.ruled_out = self.suspects_beside(&cases);
         let cases: Vec<&Case> = cases.iter().filter(|case| self.is_fresh(case)).collect();
         for case in cases.iter().copied() {
             for &component in &case.certain {
@@ -66,6 +68,18 @@ impl<T: EvidenceView> Review<'_, T> {
         for case in cases {
             self.suspect(case);
         }
+    }
+
+    /// The suspects that the conflicts are about, and that no explanation names: later evidence has ruled them out.
+    fn suspects_beside(&self, cases: &[Case<'_>]) -> BTreeSet<Component> {
+        let named: BTreeSet<Component> = cases.iter().flat_map(Case::accused).collect();
+        let is_compared = |component: Component| {
+            let mut conflicts = cases.first().into_iter().flat_map(|case| case.conflicts.pairs);
+            conflicts.any(|pair| rests_on(self.evidence, pair, component))
+        };
+        let suspects = self.ledger.all_accused().filter(|(_, it)| it.verdict == Verdict::Suspect);
+        let others = suspects.map(|(component, _)| component).filter(|it| !named.contains(it));
+        others.filter(|component| is_compared(*component)).collect()
     }
 
     /// Whether one of the conflicts of a part is of the present. If not, the next comparison of one of them decides.

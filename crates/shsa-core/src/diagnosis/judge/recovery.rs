@@ -168,8 +168,10 @@ impl<T: EvidenceView> Review<'_, T> {
             self.judge.look_again(since + probation);
             return None;
         }
+        let is_ruled_out = self.ruled_out.contains(&component);
         Some(match (component, self.acquit(component)) {
             (Component::Signal(signal), _) if is_by_readings => Decision::Recovered(signal, probation, proof),
+            (_, Decision::Cleared(_)) if is_ruled_out => Decision::RuledOut(component),
             (_, cleared) => cleared,
         })
     }
@@ -259,6 +261,9 @@ impl<T: EvidenceView> Review<'_, T> {
                     found.witnessed |= has_seen(pair)
                         && bears_on(pair)
                         && self.judge.bears_witness(self.ledger, evidence, pair, component);
+                }
+                // Others explain it, and none of them is known for sure.
+                ResidualState::Undecided | ResidualState::Conflict if self.ruled_out.contains(&component) => {
                 }
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ways)),

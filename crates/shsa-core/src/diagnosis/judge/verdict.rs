@@ -32,6 +32,8 @@ pub enum Decision {
     Suspected(Blame, Vec<Component>),
     /// The component is trusted again.
     Cleared(Component),
+    /// No probable explanation of the conflicts names a suspect any more, and another one agrees with it.
+    RuledOut(Component),
     /// A signal whose own readings had shown a fault is trusted again, after this probation.
     Recovered(SignalId, Span, Proof),
     /// For this long, no evidence has accused or supported an accused component: it may serve, as uncertain, where nothing else
