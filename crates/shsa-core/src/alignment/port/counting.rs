@@ -80,7 +80,10 @@ fn down(from: Sample, to: Sample) -> Jump {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::alignment::{Acceptance, Port};
     use crate::interval::Interval;
+    use crate::knowledge::{Id, Shape, Signal, SignalId, VariableId};
+    use crate::observation::{Observation, RawValue};
     use crate::time::Validity;
     use alloc::vec::Vec;
     use proptest::prelude::*;
@@ -129,6 +132,22 @@ mod tests {
                 };
                 prop_assert!(is_right, "{second}: {counted:?}");
             }
+        }
+    }
+
+    /// A reading that is too high to be possible is no new height of the counter.
+    #[test]
+    fn what_the_gate_refuses_has_not_been_counted() {
+        let mut signal = Signal::new("counter".into(), VariableId::from_index(0));
+        (signal.limits.counts, signal.limits.max_rate) = (true, Some(1.5));
+        let mut port = Port::new(Shape::Scalar, &signal, 16);
+        for second in 0..40 {
+            let value = RawValue::Number(if second % 10 == 9 { 65_535.0 } else { f64::from(second) });
+            let now = Time::from_seconds(second.into());
+            let observation =
+                Observation { signal: SignalId::from_index(0), stamp: now, received: now, value };
+            let acceptance = port.accept(&signal, &observation, now).acceptance;
+            assert_eq!(acceptance == Acceptance::Newest, second % 10 != 9, "{second}: {acceptance:?}");
         }
     }
 

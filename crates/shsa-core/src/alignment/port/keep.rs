@@ -40,13 +40,7 @@ impl Port {
         if signal.holds && self.is_repeated(signal, sample) {
             return Acceptance::Repeated;
         }
-        match &mut self.counting {
-            None => self.keep_measured(sample),
-            Some(counting) => match counting.count(sample) {
-                Counted::On => self.keep_measured(sample),
-                counted => self.keep_counted(counted, sample),
-            },
-        }
+        if self.counting.is_some() { self.keep_counted(sample) } else { self.keep_measured(sample) }
     }
 
     #[inline]
@@ -66,10 +60,12 @@ impl Port {
         }
     }
 
-    /// Keeps a reading of a counter that does not simply go on.
+    /// Keeps a reading of a counter. What the gate refuses has not been counted.
     #[inline(never)]
-    fn keep_counted(&mut self, counted: Counted, sample: Sample) -> Acceptance {
-        match counted {
+    fn keep_counted(&mut self, sample: Sample) -> Acceptance {
+        let Some(mut counting) = self.counting else { return self.keep_measured(sample) };
+        let counted = counting.count(sample);
+        let acceptance = match counted {
             Counted::On => self.keep_measured(sample),
             Counted::OnAfter(jump) => match self.keep_measured(sample) {
                 Acceptance::Newest => Acceptance::Refuting(jump),
@@ -86,7 +82,11 @@ impl Port {
                 self.keep_measured(sample);
                 Acceptance::Anew { last: last.unwrap_or(first.value), first: first.value }
             }
+        };
+        if acceptance.is_kept() || !matches!(counted, Counted::On | Counted::OnAfter(_)) {
+            self.counting = Some(counting);
         }
+        acceptance
     }
 
     /// Whether a reading repeats the standing value before the next answer is due: then the reading is no evidence about its
